@@ -18,7 +18,7 @@ from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine, Mapp
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final, NamedTuple, Protocol, TypeVar, cast
+from typing import Any, Final, NamedTuple, Protocol, TypeGuard, TypeVar, cast
 
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, Response
@@ -28,7 +28,16 @@ from thermaxis.app._shelf import Clock, Entry, Owner, Shelf
 from thermaxis.codes import Message, printable, value_of_json, values_of_json
 from thermaxis.messages import remedy_of, sentence_of, text_of
 from thermaxis.web import RefusedError, answer_json, refuse
-from thermaxis.web.work import PROGRESS, BusyError, Ending, Limits, Outcome, WorkFolder, work_of
+from thermaxis.web.work import (
+    PROGRESS,
+    BusyError,
+    Ending,
+    Limits,
+    Outcome,
+    WorkFolder,
+    is_file,
+    work_of,
+)
 
 UPLOAD_S: Final = 60.0
 """Time in which an upload must have come. [s]"""
@@ -133,7 +142,7 @@ class Room:
 
     def found(self, request: Request, key: object = None) -> Entry:
         """Return the entry that is asked for."""
-        wanted = str(request.path_params["id"] if key is None else key)
+        wanted = str(request.path_params.get("id") if key is None else key)
         found = self.shelf.of(self.host.owner_of(request), wanted)
         if found is None:
             raise RefusedError(_NOT_FOUND, "room-gone")
@@ -194,16 +203,17 @@ class Room:
             raise RefusedError(_NOT_FOUND, "room-gone")
         path = entry.folder.path / kind.file
         words = self.words_for(entry, kind)
-        if not path.exists() and words:
+        if not is_file(path) and words:
             works = work_of(request)
             with works.place(kind=self.name):  # several of one person wait for each other
-                own = list(entry.folder.path.iterdir())
-                inputs = {n: p for n, p in entry.inputs.items() if p.parent != entry.folder.path}
+                folder = works.folder()  # half a file is never the entry's
+                own = {p.name: p for p in entry.folder.path.glob("[!.]*") if is_file(p)}
                 try:
-                    await self.ask(request, words, entry.folder, inputs=inputs)
+                    await self.ask(request, words, folder, inputs={**own, **entry.inputs})
+                    await asyncio.to_thread((folder.path / kind.file).replace, path)
                 finally:
-                    await asyncio.to_thread(entry.folder.leave_only, [*own, path])
-        if not path.exists():
+                    await asyncio.to_thread(folder.remove)
+        if not is_file(path):
             raise RefusedError(_NOT_FOUND, "room-gone")
         return FileResponse(
             path,
@@ -316,20 +326,24 @@ def spoken_as(told: object, language: str) -> Any:
         return told
     found = cast("Json", told)
     table = {key: spoken_as(one, language) for key, one in found.items()}
-    message = found if "code" in found else found.get("message")
-    if "text" in found and isinstance(message, dict):
-        of = cast("Json", message)
-        said = Message(str(of["code"]), values_of_json(of["values"]))
+    message = found if _is_message(found) else found.get("message")
+    if "text" in found and _is_message(message):
+        said = Message(message["code"], values_of_json(message.get("values")))
         table["text"] = sentence_of(said, language=language)
         table["remedy"] = remedy_of(said, language=language)
     for key, one in found.items():
         stem, _, end = key.rpartition("_")
-        if end == "codes" and stem != "reading" and one is not None:
+        if end == "codes" and stem != "reading" and isinstance(one, list):
             texts = [_text_of(code, language) for code in cast("list[object]", one)]
             table[stem if stem in table else f"{stem}s"] = texts
-        elif end == "code" and one is not None:
+        elif end == "code" and (isinstance(one, str) or _is_message(one)):
             table[stem] = _text_of(one, language)
     return table
+
+
+def _is_message(found: object) -> TypeGuard[Json]:
+    """Tell a code with its values from what stands below a name that a file gave."""
+    return isinstance(found, dict) and isinstance(cast("Json", found).get("code"), str)
 
 
 def _text_of(code: object, language: str) -> str:
@@ -384,9 +398,9 @@ def without_paths(said: object, folder: WorkFolder, names: Mapping[str, str]) ->
         str(Path(__file__).parents[2]),
         sys.prefix,
         sys.base_prefix,
-        str(Path.home()),
+        os.path.expanduser("~"),  # noqa: PTH111 - Path raises where there is no home
     }
-    for place in sorted(places - {"/"}, key=len, reverse=True):
+    for place in sorted(places - {"/", "~"}, key=len, reverse=True):
         said = said.replace(f"{place}{os.sep}", "").replace(place, "")
     for stored, name in names.items():
         said = said.replace(stored, name)

@@ -60,10 +60,13 @@ class _Someone(NamedTuple):
     ended: bool = False
 
 
-def settings_folder() -> Path:
+def settings_folder() -> Path | None:
     """Return the user's own folder of settings of this program, which may not be there."""
     stated = os.environ.get("APPDATA" if sys.platform == "win32" else "XDG_CONFIG_HOME", "")
-    base = Path(stated) if Path(stated).is_absolute() else Path.home() / ".config"
+    try:
+        base = Path(stated) if Path(stated).is_absolute() else Path.home() / ".config"
+    except RuntimeError:  # a user without a home
+        return None
     return base / "thermaxis"
 
 
@@ -72,8 +75,10 @@ class AppHost:
     """The app, as a room sees it: everything belongs to whoever came in."""
 
     longest_s = LONGEST_S
-    settings = settings_folder()
     _someone = _Someone()
+
+    def __init__(self) -> None:
+        self.settings = settings_folder()
 
     def monotonic_s(self) -> float:
         """Return a time that only rises. [s]"""

@@ -76,10 +76,15 @@ class Clock(Protocol):
 
 @final
 class Shelf:
-    """Entries by their owner: as many, as large and as old as they may be; the oldest go."""
+    """Entries by their owner: as many, as large and as old as they may be; the oldest go.
 
-    def __init__(self, clock: Clock, *, longest_s: float, most: int, most_bytes: int) -> None:
-        self._clock = clock
+    Where entries are made of each other, none goes by itself: whoever adds asks `is_full` before.
+    """
+
+    def __init__(
+        self, clock: Clock, *, longest_s: float, most: int, most_bytes: int, sheds: bool = True
+    ) -> None:
+        self._clock, self._sheds = clock, sheds
         self.longest_s, self.most, self.most_bytes = longest_s, most, most_bytes
         self._entries: dict[str, Entry] = {}
         self._sweeps: asyncio.TimerHandle | None = None
@@ -111,7 +116,7 @@ class Shelf:
 
     def is_full(self, owner: Owner) -> bool:
         """Return whether something must go before more comes."""
-        return len(self.all_of(owner)) >= self.most or self._size_bytes() > self.most_bytes
+        return len(self.all_of(owner)) >= self.most or self._size_bytes() >= self.most_bytes
 
     def sweep(self) -> None:
         """Drop what is old, whose owner has left, or what is too much."""
@@ -119,6 +124,8 @@ class Shelf:
         for one in list(self._entries.values()):
             if now_s - one.at_s > self.longest_s or one.owner.ended:
                 self.drop(one.id)
+        if not self._sheds:
+            return
         for owner in {id(one.owner): one.owner for one in self._entries.values()}.values():
             own = [one.id for one in self._entries.values() if one.owner is owner]
             for key in own[: -self.most]:

@@ -203,6 +203,40 @@ def test_hostile_files_end_in_a_sentence_each_and_leave_nothing(door: Door) -> N
     state.work.close()
 
 
+STAND_IN = """
+import os, sys
+for word in sys.argv:
+    if word.startswith("--report=") and word.endswith(".pdf"):
+        sys.exit(open(word[9:], "w").write("hal"))
+    if word.startswith("--report="):
+        os.symlink("/etc/hostname", word[9:])
+print("{}")
+"""
+
+
+def test_a_file_that_a_command_left_half_or_as_a_link_is_never_given(door: Door) -> None:
+    state = cast("Any", door.app)._app.state
+    state.work = Work([sys.executable, "-c", STAND_IN], where=door.where)
+    run = door.ask("POST", UPLOAD, GOOD, b"x").json()["id"]
+    for _ in range(2):
+        assert door.ask("GET", f"/positioning/certificate/{run}", GOOD).status_code == 422
+        assert door.ask("GET", f"/positioning/page/{run}", GOOD).status_code == 404
+    state.work.close()
+
+
+def test_a_user_without_a_home_has_pages_whose_forms_last_as_long_as_the_program(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def none() -> Path:
+        raise RuntimeError
+
+    monkeypatch.delenv("APPDATA", raising=False)
+    monkeypatch.delenv("XDG_CONFIG_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", none)
+    with Door(tmp_path) as door:
+        assert door.ask("POST", "/positioning/form/head", GOOD, b"[a]\nb = 1").status_code == 200
+
+
 def test_a_damaged_table_is_told_in_words(door: Door) -> None:
     for body in (b"[a\n", b"\xff\xfe", b"a = " + b"[" * 5000):
         answer = door.ask("POST", "/positioning/toml", GOOD, body)

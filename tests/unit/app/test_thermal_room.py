@@ -1,18 +1,24 @@
 """Logs that somebody drops: what is kept, what is refused in a sentence, what is made of them."""
 
+import asyncio
 import io
 import json
+import math
 import sys
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from urllib.parse import urlencode
 
 import pytest
 
 from tests.unit.app.test_entrance import GOOD, HEAD, Door
+from thermaxis.app._rooms import spoken_as
+from thermaxis.app._server import AppHost
+from thermaxis.app._shelf import Entry, Shelf
 from thermaxis.messages import LANGUAGES, sentence
+from thermaxis.web.work import WorkFolder
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
 
@@ -135,18 +141,56 @@ def test_two_models_are_compared_and_two_recorders_joined(bench: Bench) -> None:
     assert compared.status_code == OK, compared.text
     told = bench.entries()[-1]["told"]
     assert [one["name"] for one in told["models"]] == ["model-1.json", "model-2.json"]
-    times = [b"2026-01-01T10:%02d:00" % k for k in range(40)]
+    rows = b"".join(b"%d,%d\n" % (60 * k, k) for k in range(40))
     pair = [
-        bench.drop(
-            name,
-            b"time," + what + b"\n" + b"".join(b"%s,%d\n" % (t, k) for k, t in enumerate(times)),
-        ).json()["id"]
+        bench.drop(name, b"time_s," + what + b"\n" + rows).json()["id"]
         for name, what in (("a.csv", b"T_a_C"), ("b.csv", b"Z_um"))
     ]
-    assert bench.post("join", logs=pair).status_code == OK
+    refused = bench.post("join", logs=pair)
+    assert "shift" in refused.json()["text"]  # for which the page has a field
+    assert bench.post("join", logs=pair, shift="0").status_code == OK
     joined = bench.entries()[-1]["told"]["logs"][0]
     assert [one["name"] for one in joined["channels"]] == ["T_a_C", "Z_um"]
     assert bench.post("join", logs=pair[:1]).status_code == 400
+
+
+def test_logs_whose_columns_were_told_differently_are_not_read_as_if_they_were_alike(
+    bench: Bench,
+) -> None:
+    logs: list[Any] = []
+    for mapping in (b"", b"[columns]\nZ_um = {unit = 'um'}\n"):
+        path = f"/thermal/log?name=a.csv&map_bytes={len(mapping)}"
+        logs.append(bench.ask("POST", path, GOOD, HEAD + b"0,20,0\n10,21,1\n" + mapping).json())
+    ids = [one["id"] for one in logs]
+    answer = bench.post("identify", logs=ids, outputs=["Z_um"], inputs=[INPUT])
+    assert answer.json()["error"] == "thermal-maps_differ"
+    assert bench.post("remove").status_code == 404  # nothing is named
+
+
+def test_what_is_full_refuses_more_and_keeps_what_other_things_are_made_of(tmp_path: Path) -> None:
+    shelf = Shelf(AppHost(), longest_s=math.inf, most=3, most_bytes=10, sheds=False)
+    owner = AppHost().owner_of(cast("Any", None))
+
+    async def keep(name: str, *made_of: str) -> str:
+        folder = WorkFolder(tmp_path / name)
+        folder.path.mkdir()
+        (folder.path / "file").write_bytes(b"12345")
+        return shelf.keep(Entry(owner, "log", name, (), folder, {}, made_of=made_of)).id
+
+    async def fill() -> None:
+        log = await keep("log")
+        assert not shelf.is_full(owner)
+        await keep("model", log)
+        assert shelf.is_full(owner)
+        await keep("one that was being made")
+        assert len(shelf.all_of(owner)) == 3
+
+    asyncio.run(fill())
+
+
+def test_an_output_may_be_called_as_what_a_result_says() -> None:
+    told = {"outputs": {"Z_code": {"fit": 1}, "code": {"fit": 2}, "text": {}, "X_codes": {}}}
+    assert spoken_as(told, "de") == told
 
 
 def test_what_a_log_shows_is_said_in_the_language_of_the_page(bench: Bench) -> None:

@@ -61,7 +61,9 @@ class ThermalRoom(Room):
     """Below these paths there are files."""
 
     def __init__(self, host: RoomHost) -> None:
-        shelf = Shelf(host, longest_s=math.inf, most=MOST_ENTRIES, most_bytes=MOST_BYTES)
+        shelf = Shelf(
+            host, longest_s=math.inf, most=MOST_ENTRIES, most_bytes=MOST_BYTES, sheds=False
+        )
         super().__init__(host, "thermal", shelf, _KINDS)
         self._models = 0
 
@@ -134,9 +136,11 @@ class ThermalRoom(Room):
 
     async def _join(self, request: Request) -> Response:
         """Join two logs by time, and keep what comes as one more."""
-        first, second = logs = self._logs(request, await object_of(request), 2)
-        words = ["merge", *_files_of(logs), "--output=joined.csv", "--json=-"]
+        asked = await object_of(request)
+        first, second = logs = self._logs(request, asked, 2)
+        words = ["merge", *_files_of(logs), *words_of(asked, ("shift",))]
         async with self.work(request) as folder:
+            words += ["--output=joined.csv", "--json=-"]
             await self.ask(request, words, folder, inputs=_inputs_of(logs))
             name = f"{first.name} + {second.name}"
             return await self._taken(request, folder, folder.path / "joined.csv", name)
@@ -242,7 +246,14 @@ def _inputs_of(entries: Sequence[Entry]) -> dict[str, Path]:
 
 
 def _files_of(entries: Sequence[Entry]) -> list[str]:
-    """Return the words of a command that name models and logs, and the mapping of the first."""
+    """Return the words of a command that name models and logs, and the one mapping of these."""
+    maps = {
+        one.inputs[_MAP].read_bytes() if _MAP in one.inputs else b""
+        for one in entries
+        if one.kind == "log"
+    }
+    if len(maps) > 1:
+        raise RefusedError(_BAD_REQUEST, "thermal-maps_differ")
     files = list(dict.fromkeys(name for one in entries for name in _inputs_of([one])))
     return [f"--mapping={_MAP}" if one == _MAP else one for one in files]
 

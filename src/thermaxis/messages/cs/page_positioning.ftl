@@ -38,7 +38,7 @@ positioning-begun = začátek { $time } (čas souboru)
 positioning-content = SHA-256 souboru: { $sha256 }
 positioning-figure = Hodnota
 positioning-measured = Jak naměřeno
-positioning-within = U (k=2)
+positioning-within = U (95,45 %)
 positioning-drift_free = Bez driftu
 positioning-limit = Mez
 positioning-decision = Rozhodnutí

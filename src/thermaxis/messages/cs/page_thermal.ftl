@@ -3,6 +3,7 @@
 thermal-logs = Záznamy
 thermal-drop = Sem přetáhněte záznamy teplot a posunutí, nebo je vyberte (.csv, .xlsx, .parquet, .mat, .tdms; každý nejvýše { $megabytes } MB; přiřazení sloupců (.toml) platí pro záznamy, které přijdou s ním a po něm)
 thermal-join = Spojit oba podle času
+thermal-shift = Sekundy přičtené k hodinám druhého (prázdné: ze společných kanálů nebo z denního času)
 thermal-remove = Odebrat { $name }
 thermal-identify_title = Identifikace ze zaškrtnutých záznamů
 thermal-outputs = Měřené posunutí
@@ -81,3 +82,4 @@ thermal-output_first = Nejprve zaškrtněte měřené posunutí.
 thermal-input_first = Nejprve přidejte vstup.
 thermal-choose_logs = Nejprve zaškrtněte záznamy.
 thermal-full = Úložiště je plné. Odeberte nepotřebné záznamy nebo modely.
+thermal-maps_differ = Tyto záznamy přišly s různým přiřazením sloupců, nebo některé bez něj. Přetáhněte je znovu, všechny se stejným.

@@ -38,7 +38,7 @@ positioning-begun = begonnen { $time } (Zeit der Datei)
 positioning-content = SHA-256 der Datei: { $sha256 }
 positioning-figure = Kenngröße
 positioning-measured = Wie gemessen
-positioning-within = U (k=2)
+positioning-within = U (95,45 %)
 positioning-drift_free = Drift abgetrennt
 positioning-limit = Grenzwert
 positioning-decision = Entscheidung

@@ -3,6 +3,7 @@
 thermal-logs = Protokolle
 thermal-drop = Protokolle von Temperaturen und Verlagerungen hier ablegen oder wählen (.csv, .xlsx, .parquet, .mat, .tdms; je höchstens { $megabytes } MB; eine Zuordnung der Spalten (.toml) gilt für die Protokolle, die mit ihr und nach ihr kommen)
 thermal-join = Beide über die Zeit verbinden
+thermal-shift = Sekunden, die zur Uhr des zweiten hinzukommen (leer: aus gemeinsamen Kanälen oder den Uhrzeiten)
 thermal-remove = { $name } entfernen
 thermal-identify_title = Aus den angekreuzten Protokollen identifizieren
 thermal-outputs = Gemessene Verlagerung
@@ -81,3 +82,4 @@ thermal-output_first = Kreuzen Sie zuerst eine gemessene Verlagerung an.
 thermal-input_first = Fügen Sie zuerst einen Eingang hinzu.
 thermal-choose_logs = Kreuzen Sie zuerst die Protokolle an.
 thermal-full = Die Ablage ist voll. Entfernen Sie nicht mehr benötigte Protokolle oder Modelle.
+thermal-maps_differ = Diese Protokolle kamen mit verschiedenen Zuordnungen ihrer Spalten oder teils ohne. Legen Sie sie noch einmal ab, alle mit derselben.

@@ -49,7 +49,7 @@ positioning-begun = begun { $time } (time of the file)
 positioning-content = SHA-256 of the file: { $sha256 }
 positioning-figure = Figure
 positioning-measured = As measured
-positioning-within = U (k=2)
+positioning-within = U (95.45 %)
 positioning-drift_free = Drift eliminated
 positioning-limit = Limit
 positioning-decision = Decision

@@ -3,6 +3,7 @@
 thermal-logs = Logs
 thermal-drop = Drop logs of temperatures and displacements here, or choose them (.csv, .xlsx, .parquet, .mat, .tdms; at most { $megabytes } MB each; a mapping of their columns (.toml) holds for the logs that come with it and after it)
 thermal-join = Join both by time
+thermal-shift = Seconds added to the clock of the second (empty: found from common channels or the times of day)
 thermal-remove = Remove { $name }
 thermal-identify_title = Identify from the ticked logs
 thermal-outputs = Measured displacement
@@ -81,3 +82,4 @@ thermal-output_first = Tick a measured displacement first.
 thermal-input_first = Add an input first.
 thermal-choose_logs = Tick the logs first.
 thermal-full = The bench is full. Remove logs or models that are no longer needed.
+thermal-maps_differ = These logs came with different mappings of their columns, or some with none. Drop them again, all with the same one.

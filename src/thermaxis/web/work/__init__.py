@@ -9,6 +9,7 @@ from thermaxis.web.work._work import (
     Work as Work,
     WorkFolder as WorkFolder,
     close_work as close_work,
+    is_file as is_file,
     remove_leftovers as remove_leftovers,
     work_of as work_of,
 )

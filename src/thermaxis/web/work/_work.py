@@ -244,7 +244,7 @@ class Work:
             ending = await _ending_of(run)
             texts = [_text_of(stream, limits.said_bytes) for stream in run.streams]
         found = {name: folder.path / name for name in outputs}
-        files = {name: path for name, path in found.items() if _is_file(path)}
+        files = {name: path for name, path in found.items() if is_file(path)}
         ended = ending in (Ending.DONE, Ending.KILLED)
         code = program.returncode if ended else None
         return Outcome(ending, code, texts[0], texts[1], MappingProxyType(files), folder)
@@ -423,7 +423,8 @@ def _text_of(stream: IO[bytes], limit_bytes: int) -> str:
     return stream.read(limit_bytes).decode("utf-8", "replace")
 
 
-def _is_file(path: Path) -> bool:
+def is_file(path: Path) -> bool:
+    """Return whether a path is a regular file, itself and no link to one."""
     try:
         return stat.S_ISREG(path.lstat().st_mode)
     except OSError:

@@ -200,8 +200,12 @@ for (const [name, act] of /** @type {const} */ ([
 }
 byId("compare").addEventListener("click", () =>
   void judge("compare", () => ({ models: all("model").map(({ id }) => id) })));
-byId("join").addEventListener("click", () =>
-  void show(ask("join", { logs: used().map(({ id }) => id) })));
+byId("join").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const shift = String(new FormData(/** @type {HTMLFormElement} */ (event.target)).get("shift"));
+  void show(ask("join",
+    { logs: used().map(({ id }) => id), shift: shift.trim().replace(",", ".") }));
+});
 byId("input-add").addEventListener("click", () => {
   const row = inputRow();
   byId("inputs").append(row);
