@@ -14,7 +14,8 @@ const given = JSON.parse(await new Promise((take) => {
 }));
 globalThis.document = {
   body: { dataset: { name: "novak", token: "one-and-more" } },
-  documentElement: { lang: "en" },
+  head: { append() {} },
+  documentElement: { lang: "en", dataset: {} },
   getElementById: () => null,
   querySelector: () => null,
   createElement: () => ({ append() {}, replaceChildren() {}, setAttribute() {} }),
@@ -27,6 +28,7 @@ globalThis.sessionStorage = {
   removeItem: (key) => store.delete(key),
 };
 const { begin, endOf, keep, kept, watch } = await import("file://STATIC/ask/requests.js");
+const { TEXTS } = await import("file://STATIC/operator/asks.js");
 process.stdout.write(JSON.stringify((() => { BODY })()));
 """
 HEADLINES = ("active", "at_limit", "another_writer", "not_acting", "unreachable")
@@ -249,3 +251,50 @@ def test_whoever_logs_in_later_under_the_same_name_finds_nothing() -> None:
         course(),
     )
     assert found == [[0, 0, 1], False]
+
+
+# ---- what a confirmation says --------------------------------------------------------------------
+
+
+def confirmations(*asked: tuple[str, dict[str, Any]]) -> list[list[str]]:
+    """Return which sentences are said before each question in its status."""
+    return said("return given.map(([name, told]) => TEXTS[name](told));", asked)
+
+
+def asked_in(state: str, opened: str = "", *, um: float = 5.0, **changed: object) -> dict[str, Any]:
+    """Return a status in which something is asked, with what its interlocks are said to be."""
+    told = status(state, correction_um=um, acting_um=um, differences_k={"spindle": 2.0})
+    return told | {"opened_said": opened, "reasons_said": [], "source_connected": True} | changed
+
+
+def test_an_open_interlock_is_said_where_something_would_move_and_may_end_a_hold() -> None:
+    moves, ends = "operator-ask_interlock", "operator-hold_interlock"
+    jumped = {"inputs": {"T_spindle_C": {"quality": "too_fast", "read": 30.0}}}
+    of = [
+        ("Enable", asked_in("Off", "open"), moves),
+        ("Resume", asked_in("Holding", "open"), moves),
+        ("Disable", asked_in("Warming", "open"), moves),
+        ("Disable", asked_in("Warming", "open", um=0.0), None),
+        ("Acknowledge", asked_in("Fault", "open"), moves),
+        ("Acknowledge", asked_in("Holding", "open", **jumped), None),
+        ("Hold", asked_in("Holding", "open"), ends),
+        ("Hold", asked_in("Active"), None),
+    ]
+    for texts, (_, _, expected) in zip(confirmations(*(o[:2] for o in of)), of, strict=True):
+        assert {*texts} & {moves, ends} == ({expected} if expected else set())
+
+
+def test_a_hold_that_would_keep_nothing_says_only_that() -> None:
+    nothing = [asked_in("Fading"), asked_in("Warming", um=0.0), asked_in("Warming", "open", um=0.0)]
+    assert confirmations(*(("Hold", told) for told in nothing)) == [["operator-hold_none"]] * 3
+    assert "operator-hold_none" not in confirmations(("Hold", asked_in("Warming")))[0]
+
+
+def test_where_a_correction_goes_is_said_only_where_it_is_read() -> None:
+    unread = asked_in("Holding")
+    unread["outputs"]["Z_um"] |= {"differences_k": {"spindle": None}}
+    away = asked_in("Holding", source_connected=False)
+    for name in ("Enable", "Resume"):
+        known, *unknown = confirmations(*((name, of) for of in (asked_in("Off"), unread, away)))
+        assert "operator-enable_unknown" not in known
+        assert [texts[1:] for texts in unknown] == [["operator-enable_unknown"]] * 2

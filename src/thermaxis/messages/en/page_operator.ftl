@@ -133,6 +133,7 @@ operator-why_no_output = this output is no more
 
 operator-enable_text = The compensation begins as soon as everything that it needs is there.
 operator-enable_axis = { $axis }: the correction goes from { $now } µm to { $wanted } µm, at most { $rate } µm/s: about { $time }.
+operator-enable_unknown = { $axis }: where the correction of { $now } µm goes is not known, for an input or the control is not read. At most { $rate } µm/s.
 operator-asks_model = The model asks for { $model } µm now.
 operator-asks_over = The model asks for { $model } µm now, more than the limit of ±{ $largest } µm.
 operator-asks_trim = The trim of { $owner } adds { $trim } µm.
@@ -145,6 +146,7 @@ operator-disable_unseen = Whether it takes effect is not seen here while there a
 operator-ask_unreached = This page does not reach the screen's program: the request may never have been sent
 operator-hold_axis = { $axis }: the correction stays at { $now } µm.
 operator-hold_text = It is held for at most { $time }; then it fades to zero.
+operator-hold_interlock = { $opened } This may end the hold before: then the offset goes to zero and stays there until you resume.
 operator-hold_none = Nothing is held: the offset goes to zero and stays there until you resume.
 operator-resume_text = The correction follows the model again, with the trims that are set.
 operator-acknowledge_fault = You say that the cause is removed: { $reason }

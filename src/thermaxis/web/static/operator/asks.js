@@ -5,6 +5,7 @@ import { ask, openDialog } from "../ask/ask.js";
 import { diameterWord, foundElsewhere, isHeld, isZero, JUMPED, waitsForAPerson } from "../ask/requests.js";
 import { button, byId, say } from "../elements.js";
 import { latest } from "../live.js";
+import { goalUm } from "./axes.js";
 import { facts, gainAt, isTrimmed, modelAsksUm } from "./parts.js";
 import { clock, duration, number, shortNames, signed, word } from "../words.js";
 
@@ -82,29 +83,37 @@ export function startAsks() {
 function plain(name) {
   void ask(name, [], {
     blocked: (status) => blocked(status)[name] ?? "",
-    text: (status) => [...stands(status), ...TEXTS[name]?.(status) ?? []],
+    text: (status) => TEXTS[name]?.(status) ?? [],
     ...(name === SAFE_WITHOUT_DATA && { blind: [word("operator-disable_blind"),
       word("operator-disable_text"), word("operator-disable_unseen")] }),
   });
 }
 
-/** What will happen. @type {Record<string, (status: Status) => string[]>} */
-const TEXTS = {
+/** What will happen, by the question. @type {Record<string, (status: Status) => string[]>} */
+export const TEXTS = {
   Enable: (status) => [word("operator-enable_text"), ...followed(status)],
   Disable: (status) => [...fades(status), word("operator-disable_text")],
-  Hold: (status) => status.state === "Fading" ? [word("operator-hold_none")] : [
+  Hold: (status) => keepsNothing(status) ? [word("operator-hold_none")] : [
     ...axesOf(status).map(([name, axis]) => word("operator-hold_axis", {
       axis: shortNames(name), now: signed(nowUm(axis), 1),
     })),
     word("operator-hold_text", { time: duration(facts.hold_operator_s) }),
+    ...stands(status, "operator-hold_interlock"),
   ],
   Resume: (status) => [word("operator-resume_text"), ...followed(status)],
   Acknowledge: acknowledged,
 };
 
-/** What an open interlock has against all that is promised. @param {Status} status */
-function stands({ opened_said: opened }) {
-  return opened ? [word("operator-ask_interlock", { opened })] : [];
+/** Whether a hold would keep no offset: it fades, or waits at zero. @param {Status} status */
+function keepsNothing({ state, outputs }) {
+  return state === "Fading" || (state === "Warming"
+    && Object.values(outputs).every((axis) => isZero(axis.correction_um)));
+}
+
+/** What an open interlock has against what is promised. @param {Status} status
+ * @param {string} key sentence */
+function stands({ opened_said: opened }, key = "operator-ask_interlock") {
+  return opened ? [word(key, { opened })] : [];
 }
 
 /** What acts; what was written where that is not known. @param {any} axis @returns {number} */
@@ -114,16 +123,16 @@ function nowUm(axis) {
 
 /** Where each correction goes when it follows the model. @param {Status} status */
 function followed(status) {
-  return axesOf(status).map(([name, axis]) => [
-    word("operator-enable_axis", {
-      axis: shortNames(name),
-      now: signed(nowUm(axis), 1),
-      wanted: signed(axis.wanted_um, 1),
-      rate: rate(axis),
-      time: takes(axis, axis.wanted_um - nowUm(axis)),
-    }),
-    ...askedFor(axis),
-  ].join(" "));
+  return [...stands(status), ...axesOf(status).map(([name, axis]) => {
+    const [wanted, now] = [goalUm(status, axis), nowUm(axis)];
+    const values = { axis: shortNames(name), now: signed(now, 1), rate: rate(axis) };
+    return wanted === null ? word("operator-enable_unknown", values) : [
+      word("operator-enable_axis", {
+        ...values, wanted: signed(wanted, 1), time: takes(axis, wanted - now),
+      }),
+      ...askedFor(axis),
+    ].join(" ");
+  })];
 }
 
 /** Who asks for what of it: the model, and whoever has trimmed. @param {any} axis */
@@ -142,13 +151,14 @@ function trimValues(axis) {
 
 /** @param {Status} status */
 function fades(status) {
-  return axesOf(status).map(([name, axis]) => {
+  const still = axesOf(status).every(([, axis]) => isZero(nowUm(axis)));
+  return [...still ? [] : stands(status), ...axesOf(status).map(([name, axis]) => {
     const now = nowUm(axis);
     const values = { axis: shortNames(name), now: signed(now, 1), rate: rate(axis),
       time: takes(axis, now) };
     return isZero(now)
       ? word("operator-disable_zero", values) : word("operator-disable_axis", values);
-  });
+  })];
 }
 
 /** What an acknowledgement says. @param {Status} status */

@@ -50,10 +50,14 @@ function commandedUm(axis) {
  * @param {Status} status @param {any} axis @param {number | null} um */
 const ofBoth = (status, axis, um) => (status.source_connected && axis.acting_known ? um : null);
 
+/** Where it goes when it follows the model; null where that is not known.
+ * @param {Status} status @param {any} axis @returns {number | null} */
+export const goalUm = (status, axis) =>
+  Object.values(axis.differences_k).includes(null) ? null : ofBoth(status, axis, axis.wanted_um);
+
 /** Where it goes, while it goes anywhere but to zero. @param {Status} status @param {any} axis */
 const wantedUm = (status, axis) =>
-  TO_ZERO.includes(status.state) || Object.values(axis.differences_k).includes(null) ? null
-    : ofBoth(status, axis, axis.wanted_um);
+  TO_ZERO.includes(status.state) ? null : goalUm(status, axis);
 
 /** What is not known makes a sum unknown.
  * @param {number | null} sum @param {{um: number | null}} one */
