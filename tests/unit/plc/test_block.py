@@ -699,6 +699,20 @@ def test_an_interlock_that_opens_at_zero_fades_and_then_warms_up_again() -> None
     assert states[-1] is active
 
 
+def acknowledged_while_it_differs() -> Stated:
+    """A fault by another compensation is acknowledged while the read-back has differed for long."""
+    differs = {"read_z_um": 5.0}
+    rows: list[dict[str, Any]] = [*[{}] * 8, *[{"other_compensation": True}] * 2]
+    rows += [*[differs] * 15, differs | {"reset": True}, *[differs] * 4]
+    return slow_settings(), rows, [20.0]
+
+
+def test_after_a_fault_is_acknowledged_the_read_back_may_differ_for_its_time_again() -> None:
+    said = side_by_side(*acknowledged_while_it_differs())
+    assert said[24].state is SupervisorState.FAULT
+    assert {output.state for output in said[25:]} == {SupervisorState.OFF}  # and no new fault
+
+
 def every_stated() -> list[Stated]:
     """Return the rows that are stated call by call, for the mutants of the library."""
     reset = with_read_back(reset_in_every_state())
@@ -707,6 +721,7 @@ def every_stated() -> list[Stated]:
         jumped_after_a_loss(),
         found_outside(),
         opened_at_zero(),
+        acknowledged_while_it_differs(),
         (slow_settings(), LOST_AND_FOUND, [20.0]),
         (slow_settings(), reset, [20.0]),
     ]
