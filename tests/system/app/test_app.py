@@ -144,7 +144,8 @@ def test_a_form_is_kept_and_sent_as_the_file_that_the_command_reads(
     page = opened(browser, app)
     page.click("[data-form=head]")
     page.fill("[name='machine.name']", 'mill "7" <b>')
-    page.click("dialog[open] button.main")
+    with page.expect_response("**/positioning/form/head"):
+        page.click("dialog[open] button.main")
     page.reload()
     page.click("[data-form=head]")  # the next time
     expect(page.locator("[name='machine.name']")).to_have_value('mill "7" <b>')
