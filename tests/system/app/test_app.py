@@ -74,6 +74,18 @@ def test_the_page_shows_the_numbers_of_the_command_to_the_last_digit(
             printed = re.findall(r"-?\d+(?:\.\d+)?", line)
             cells = [cell.inner_text().replace("−", "-") for cell in row.locator("td.number").all()]
             assert cells == printed
+        told = page.locator("#run-shown").inner_text()
+        amounts = re.findall(r"less than [\d.]+|[+−][\d.]+ ± [\d.]+", " ".join(summary.split()))
+        assert len(amounts) == 3  # growth, of the whole axis, shift
+        for amount in amounts:
+            assert amount in told, (run.name, amount)
+        factors = [
+            f"{one[key]:.2f}"
+            for one in figures
+            for key in ("coverage_factor", "drift_free_coverage_factor")
+        ]
+        if "may cover less" not in summary:
+            assert f"k from {min(factors)} to {max(factors)}" in told
     assert FAULTS[page] == []
 
 

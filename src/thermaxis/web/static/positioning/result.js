@@ -3,7 +3,7 @@
 
 import { inEnglish, made } from "../elements.js";
 import { listed, numberCell, section, tableOf, titleCell } from "../room.js";
-import { moment, number, signed, word } from "../words.js";
+import { duration, exactly, moment, number, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Result the JSON that the command prints */
 
@@ -47,6 +47,14 @@ function twoDigits(value) {
 /** An uncertainty with two significant digits. @param {number | null} value */
 const within = (value) => number(value, twoDigits(value));
 
+/** An amount as the command says it: with its band, or what it is less than. @param {number} value @param {number} band */
+function amount(value, band) {
+  if (band > 0 && Math.abs(value) <= band) {
+    return word("positioning-less_than", { limit: within(Math.abs(value) + band) });
+  }
+  return `${signed(value, twoDigits(band))} ± ${within(band)}`;
+}
+
 /** @param {string | null} verdict */
 function decision(verdict) {
   const [sign, key] = DECISIONS[verdict ?? ""] ?? [];
@@ -61,7 +69,7 @@ function figureTable({ figure_table: rows, drift, limits, test }) {
   const digits = decimals(rows.map((/** @type {Result} */ row) => row.value));
   const unit = unitsOf(test.kind).deviation;
   const pair = (/** @type {string} */ key) =>
-    [`${word(key)}, ${unit}`, ...(hasWithin ? [word("positioning-within")] : [])];
+    [`${word(key)}, ${unit}`, ...(hasWithin ? ["U"] : [])];
   const cells = (/** @type {number | null} */ value, /** @type {number | null} */ band) =>
     [numberCell(value, band ? twoDigits(band) : digits),
       ...(hasWithin ? [numberCell(band, twoDigits(band))] : [])];
@@ -79,7 +87,13 @@ function figureTable({ figure_table: rows, drift, limits, test }) {
 /** @param {Result} result */
 function notes({ drift, figure_table: rows, uncertainty }) {
   const without = uncertainty?.measured?.left_out ?? [];
+  const doubts = uncertainty?.may_be_too_small ?? [];
+  const factors = rows.flatMap((/** @type {Result} */ row) =>
+    [row.coverage_factor, row.drift_free_coverage_factor].filter(Boolean));
   const lines = [
+    ...(doubts.length ? [word("positioning-coverage_doubted", { doubts: doubts.join("; ") })]
+      : factors.length ? [word("positioning-coverage", {
+        low: number(Math.min(...factors), 2), high: number(Math.max(...factors), 2) })] : []),
     ...(drift ? [word("positioning-not_the_standard")] : []),
     ...(rows.some((/** @type {Result} */ row) => row.value === null)
       ? [word("positioning-absent")] : []),
@@ -97,18 +111,24 @@ function verdict({ limits }) {
     made("p", rule, "muted")];
 }
 
+/** What the axis travelled, in its unit. @param {Result} test */
+const spanOf = ({ targets }) => Math.max(...targets) - Math.min(...targets);
+
 /** @param {Result} result */
 function driftOf({ drift: found, test }) {
   if (!found) return [];
   const units = unitsOf(test.kind);
   const model = ["none", "line"].includes(found.model) ? found.model : "smooth";
-  const lines = [word(`positioning-drift_${model}`)];
+  const p = found.p_no_drift < 1e-4 ? `p < ${number(1e-4, 4)}`
+    : `p = ${number(found.p_no_drift, twoDigits(found.p_no_drift))}`;
+  const lines = [word(`positioning-drift_${model}`, { p })];
   if (model !== "none") {
+    const length = spanOf(test);
     lines.push(word("positioning-drift_total", {
-      total: signed(found.total, twoDigits(found.total_within)),
-      within: within(found.total_within), unit: units.deviation,
-      per_m: signed(found.total_per_m, twoDigits(found.total_per_m_within)),
-      per_m_within: within(found.total_per_m_within), unit_per: units.growth,
+      shift: amount(found.total, found.total_within), unit: units.deviation,
+      growth: amount(found.total_per_m, found.total_per_m_within), unit_per: units.growth,
+      grown: amount(found.total_per_m * length / 1e3, found.total_per_m_within * length / 1e3),
+      length: number(length, 1), unit_length: units.target,
     }), word("positioning-drift_state", { hours: number(found.reference_time_s / 3600, 2) }));
   }
   return section(word("positioning-drift_title"), ...lines.map((text) => made("p", text)));
@@ -157,15 +177,18 @@ export function trendOf(trend) {
 /** @param {Result} result */
 export function facts({ test, iso230_2 }) {
   const { axis, machine } = test.header;
+  const { targets, start, end } = test;
   return [
     ...(machine ? [machine] : []),
     ...(axis ? [word("positioning-axis", { axis })] : []),
     word("positioning-runs", {
-      targets: test.targets.length, cycles: test.cycles,
+      targets: targets.length, cycles: test.cycles, unit: unitsOf(test.kind).target,
+      first: exactly(Math.min(...targets)), last: exactly(Math.max(...targets)),
       cycle: word(`positioning-cycle_${test.cycle}`),
     }),
     word(test.unidirectional ? "positioning-one_way" : "positioning-both_ways"),
-    ...(test.start ? [word("positioning-begun", { time: moment(test.start) })] : []),
+    ...(start ? [word("positioning-begun", { time: moment(start) })] : []),
+    ...(start && end ? [duration((Date.parse(end) - Date.parse(start)) / 1e3)] : []),
     `ISO 230-2:${iso230_2.edition}`,
   ].join(" · ");
 }
