@@ -164,7 +164,7 @@ def _kind(settings: PlcSettings) -> str:
 def _import(block: Block, variant: str) -> Iterator[str]:
     yield from _numbered(paragraphs(f"import_{variant}", block=block.name))
     yield ""
-    yield text("replace", block=block.name)
+    yield text("replace_alone" if block.model_only else "replace", block=block.name)
     yield (
         "\nChange nothing in the text: its numbers belong to the model and to the vectors. Export"
         " it again instead."

@@ -164,7 +164,7 @@ def report_of(
         },
         "instance_bytes": facts.instance_bytes,
         "vectors": _vectors(facts.vectors),
-        "checked": _checked(target),
+        "checked": _checked(target, vectors=facts.vectors is not None),
         "not_checked": _not_checked(target),
         "files": {name: sha256(text.encode("utf-8")).hexdigest() for name, text in files.items()},
     }
@@ -243,8 +243,9 @@ def _sections(settings: PlcSettings) -> list[dict[str, object]]:
     return found
 
 
-def _checked(target: Target) -> list[str]:
-    said = ["expected outputs of the vectors: those of the cycle that runs on the computer"]
+def _checked(target: Target, *, vectors: bool) -> list[str]:
+    cycle = "expected outputs of the vectors: those of the cycle that runs on the computer"
+    said = [cycle] if vectors else []
     if target.dialect == "c":
         said.append(
             "library and blocks of the same template run by gcc against the cycle, in tests"
