@@ -15,6 +15,7 @@ import pytest
 
 from tests.unit.compensation import bench
 from tests.unit.runtime import simulated
+from tests.unit.runtime.status_server_parts import offsets, output, status
 from thermaxis.compensation import (
     SETTLED_UM,
     WITNESS_S,
@@ -150,14 +151,21 @@ def test_the_headline_says_on_its_way_as_long_as_an_active_one_has_not_settled()
 
     rig.play(stops)
     headlines = Headlines()
-    said = {
-        (one.output.state, one.output.settled, headlines.headline_of(one)[0].code) for one in seen
-    }
+    said = {(one.output.state, one.settled, headlines.headline_of(one)[0].code) for one in seen}
     assert {one for one in said if one[0] is SupervisorState.ACTIVE} == {
         (SupervisorState.ACTIVE, False, "headline-on_its_way"),
         (SupervisorState.ACTIVE, True, "headline-active"),
     }
     assert {state for state, settled, _ in said if settled} == {SupervisorState.ACTIVE}
+
+
+def test_a_status_is_settled_only_where_what_acts_is_there() -> None:
+    there = status(output=output()._replace(settled=True))  # wants -13.0
+    assert there.settled
+    for far in (offsets(-13.0, -13.0, -11.9), offsets(-13.0, -13.0, -13.0, age_s=60.0)):
+        assert not replace(there, offsets={"Z_um": far}).settled
+    assert not replace(there, offsets={}).settled
+    assert not replace(there, output=output()).settled
 
 
 # ---- a weekend off ---------------------------------------------------------------------------

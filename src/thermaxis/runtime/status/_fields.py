@@ -244,9 +244,9 @@ _OF_THE_LOOP = (
        "Why it is not active, the gravest first: codes.", prompt=True),
     _F("Status/Enabled", "enabled", "enabled", _K.FLAG, "", "enabled",
        "Whether somebody has enabled it.", prompt=True),
-    _F("Status/Settled", "settled", "settled", _K.FLAG, "", "output.settled",
-       "Whether what is asked of the machine is what the model asks for, to 1 µm beyond the"
-       " deadband: not while it is held, fades or catches up, at a limit or not Active.",
+    _F("Status/Settled", "settled", "settled", _K.FLAG, "", "settled",
+       "Whether what acts is what the model asks for, to 1 µm beyond the deadband: not while it is"
+       " held, fades or catches up, at a limit or not Active, nor where what acts cannot be read.",
        prompt=True),
     _F("Status/Quality", "quality", "", _K.TEXT, "", "output.quality",
        "Whether the model's output may be used: good, held, bad.", prompt=True),

@@ -7,7 +7,14 @@ from functools import partial
 from typing import NamedTuple, final
 
 from thermaxis.codes import Message, Value, printable
-from thermaxis.compensation import Compensation, CycleOutput, Limits, Reason, SampleQuality
+from thermaxis.compensation import (
+    SETTLED_UM,
+    Compensation,
+    CycleOutput,
+    Limits,
+    Reason,
+    SampleQuality,
+)
 from thermaxis.messages import AlarmSentences, alarm_sentences
 from thermaxis.runtime._offsets import SHORTEST_SILENCE_S, SILENCE_CYCLES
 from thermaxis.runtime._ports import OTHER_COMPENSATION, HistorianStatus, SourceSample
@@ -183,6 +190,18 @@ class RuntimeStatus:
     configuration_sha256: str = ""
     """Hash of the configuration's rules, as `configuration_sha256` says; empty where the loop was
     not started with a configuration."""
+
+    @property
+    def settled(self) -> bool:
+        """Whether the cycle has settled, and what acts was there, too, at the last look."""
+        if not self.output.settled or not all(map(self.acting_known, self.outputs)):
+            return False
+        rows = zip(self.outputs, self.output.wanted_um, strict=True)
+        return all(
+            abs(wanted_um - (self.offsets[name].acting.um or 0.0))
+            <= self.facts[name].limits.deadband_um + SETTLED_UM
+            for name, wanted_um in rows
+        )
 
     @property
     def open_interlocks(self) -> tuple[str, ...]:
