@@ -17,6 +17,7 @@ from tests.unit.compensation import bench
 from tests.unit.runtime import simulated
 from tests.unit.runtime.status_server_parts import offsets, output, status
 from thermaxis.compensation import (
+    LONGEST_REST,
     SETTLED_UM,
     WITNESS_S,
     Compensation,
@@ -257,14 +258,16 @@ def first_frozen_s(compensation: Compensation, room_c: Any, hours: float) -> flo
     return float("inf")
 
 
-def test_a_healthy_column_of_coarse_steps_is_not_called_frozen_while_the_air_hardly_moves() -> None:
+def test_a_column_of_coarse_steps_is_not_called_frozen_for_a_day_while_the_air_hardly_moves() -> (
+    None
+):
     rests, alone = hall(moves_with="room", rests_k=0.8), hall()
 
     def controlled(hour: float) -> float:
         return round(20.0 + 0.3 * math.sin(2.0 * math.pi * 3.0 * hour), 1)
 
     assert first_frozen_s(alone, controlled, 24.0) == FROZEN_S + 60.0
-    assert first_frozen_s(rests, controlled, 72.0) == math.inf
+    assert first_frozen_s(rests, controlled, 72.0) == LONGEST_REST * FROZEN_S + 60.0
 
 
 @pytest.mark.parametrize("begins_h", [0.0, 2.0, 3.9, 9.0])
@@ -298,7 +301,10 @@ def flickers(hour: float) -> float:
 def test_all_that_stand_together_are_frozen_as_ever_and_a_lost_witness_says_nothing() -> None:
     rests = hall(moves_with="room", rests_k=0.8)
     assert first_frozen_s(rests, lambda _: 20.0, 24.0) <= FROZEN_S + 120.0, "a cycle after the air"
-    lost_s = first_frozen_s(rests, lambda hour: flickers(hour) if hour < 6.0 else None, 24.0)
-    assert 6.0 * HOUR_S < lost_s <= 6.0 * HOUR_S + FROZEN_S + 60.0
-    pauses = first_frozen_s(rests, lambda h: None if 6.0 < h < 8.0 else flickers(h), 24.0)
+    for wrong_c in (None, 99.0):
+        lost_s = first_frozen_s(rests, lambda h, c=wrong_c: flickers(h) if h < 6.0 else c, 24.0)
+        assert 6.0 * HOUR_S < lost_s <= 6.0 * HOUR_S + WITNESS_S, wrong_c
+        early_s = first_frozen_s(rests, lambda h, c=wrong_c: flickers(h) if h < 3.0 else c, 24.0)
+        assert early_s == FROZEN_S + 60.0, "not before its own time"
+    pauses = first_frozen_s(rests, lambda h: None if 6.0 < h < 6.5 else flickers(h), 23.0)
     assert pauses == math.inf, "a lively one may be unread for a while"

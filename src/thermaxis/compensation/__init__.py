@@ -42,6 +42,7 @@ from thermaxis.compensation._requests import (
 )
 from thermaxis.compensation._sensors import (
     LARGEST_RULE as LARGEST_RULE,
+    LONGEST_REST as LONGEST_REST,
     WITNESS_S as WITNESS_S,
     Sample as Sample,
     SampleQuality as SampleQuality,

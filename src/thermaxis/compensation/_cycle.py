@@ -23,6 +23,7 @@ from thermaxis.compensation._requests import (
 )
 from thermaxis.compensation._sensors import (
     LARGEST_RULE,
+    WITNESS_S,
     Sample,
     SampleQuality,
     SensorState,
@@ -140,7 +141,7 @@ class CycleOutput(NamedTuple):
     values: tuple[float | None, ...]
     """Values that the model was given, by channel; None where there was none. [degC]"""
     qualities: tuple[SampleQuality, ...]
-    """What was wrong with each, by channel."""
+    """What was wrong with each, in the order of `judged`: the model's channels, then others."""
     quality: Quality
     """Whether the model's output may be used."""
     outcomes: tuple[Outcome, ...]
@@ -367,7 +368,7 @@ def _met(compensation: Compensation, reading: CycleReading) -> bool:
 
 
 class _Validated(NamedTuple):
-    """What was read of every channel, in their order."""
+    """What was read: values of the model's channels, the rest of everything that is judged."""
 
     values: tuple[float | None, ...]
     qualities: tuple[SampleQuality, ...]
@@ -391,7 +392,7 @@ def _validated(
     rows = zip(compensation.judged, compensation.rules, compensation.witnesses)
     for k, (channel, rules, other_k) in enumerate(rows):
         witness = sensors[other_k] if other_k >= 0 else SensorState()
-        if clock[0] - witness.changed_s <= compensation.rules[other_k].frozen_s:
+        if clock[0] - witness.changed_s <= min(WITNESS_S, compensation.rules[other_k].frozen_s):
             witness = witness._replace(refused=False)  # lively: one that is not read for a moment
         sample = _sample(reading.samples, k)
         quality, sensors[k] = validate_sample(rules, sensors[k], sample, *clock, witness)
@@ -409,8 +410,7 @@ def _validated(
         values.append(value)
         qualities.append(quality)
     count = len(compensation.model.channels)
-    model_values, model_qualities = tuple(values[:count]), tuple(qualities[:count])
-    return _Validated(model_values, model_qualities, tuple(sensors), tuple(redundant))
+    return _Validated(tuple(values[:count]), tuple(qualities), tuple(sensors), tuple(redundant))
 
 
 def _sample(samples: Sequence[object], k: int) -> Sample:

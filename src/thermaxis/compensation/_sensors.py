@@ -13,6 +13,9 @@ LARGEST_RULE = 1e6
 WITNESS_S = 3600.0
 """Time constant of the average that is taken of a witness: the air of a hall swings while its walls
 and columns stand. [s]"""
+LONGEST_REST = 6.0
+"""Beside a witness a value may stand at most so many times `frozen_s`: a day by default. In a hall
+with air conditioning healthy columns stood for 16 hours [run]. [1]"""
 _AWAY_C = 1e9  # no temperature is near it
 
 
@@ -95,9 +98,9 @@ class SensorRules:
     """A value that has not changed at all for so long is not believed; 0 where the sensor may
     stand still. Default: four hours. [s]"""
     moves_with: str = ""
-    """Input beside this one that moves with it: as long as that is believed and has gone, averaged
-    over an hour, no further than `rests_k` since this value changed, this one may stand longer than
-    `frozen_s`. Without it: it may not."""
+    """Input beside this one that moves with it: as long as that is believed, or has changed within
+    the last hour, and has gone, averaged over an hour, no further than `rests_k` since this value
+    changed, this one may stand for six times `frozen_s`. Without it: it may not."""
     rests_k: float = 0.0
     """How far that input may go while this one rests on one step of its resolution; from logs, as
     `thermaxis channels` tells it. Default: none is named in `moves_with`, else required. [K]"""
@@ -131,15 +134,16 @@ def validate_sample(
 
     A value is believed when it is there, its status good, its age known and small, and the value
     plausible: in its range, no further from the last believed one than its rate allows, and not
-    frozen. It is frozen when it stands for longer than `frozen_s`, unless a witness that is
-    believed has hardly moved since the last change. While nothing can be read, or nothing in its
-    range, the value may move on at its rate. A value that is refused for a jump is believed again
-    when it comes back, within three steps (and what one cycle allows) of where it was, or when the
-    jump is acknowledged, never by waiting alone: a swapped sensor stays refused.
+    frozen. It is frozen when it stands for longer than `frozen_s`, or `LONGEST_REST` times that as
+    long as a witness that is believed has hardly moved since the last change. While nothing can be
+    read, or nothing in its range, the value may move on at its rate. A value that is refused for a
+    jump is believed again when it comes back, within three steps (and what one cycle allows) of
+    where it was, or when the jump is acknowledged, never by waiting alone: a swapped sensor stays
+    refused.
 
     Not protected: an error within these bounds is believed, such as a slow drift of the sensor, or
     two sensors of nearly equal temperature that were swapped; and one that is stuck is believed for
-    longer than `frozen_s` as long as its witness has hardly moved.
+    `LONGEST_REST` times `frozen_s` as long as its witness has hardly moved.
 
     Parameters
     ----------
@@ -182,7 +186,8 @@ def validate_sample(
     if value == good_c:
         hardly = abs(witness_c - witnessed_c) <= rules.rests_k
         rests = known and hardly and not witness.refused
-        if not rests and 0.0 < rules.frozen_s < time_s - changed_s:
+        longest_s = (LONGEST_REST if rests else 1.0) * rules.frozen_s
+        if 0.0 < longest_s < time_s - changed_s:
             return SampleQuality.FROZEN, state._replace(refused=True)
         changed_s = min(time_s, changed_s)
         return SampleQuality.GOOD, state._replace(

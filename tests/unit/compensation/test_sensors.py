@@ -103,7 +103,7 @@ def test_a_witness_that_hardly_moves_lets_a_value_stand_and_one_that_went_away_n
 ):
     rules = replace(RULES, moves_with="bed", rests_k=0.5)
 
-    def stands(state: SensorState, witness: SensorState, time_s: float = 1e6) -> tuple[bool, Any]:
+    def stands(state: SensorState, witness: SensorState, time_s: float = 690.0) -> tuple[bool, Any]:
         told = validate_sample(rules, state, Sample(20.0), time_s, 1e15, witness)
         return told[0] is GOOD, told[1]
 
@@ -115,6 +115,7 @@ def test_a_witness_that_hardly_moves_lets_a_value_stand_and_one_that_went_away_n
     assert slow[-2:] == (pytest.approx(18.45), 18.0), "half way in an hour"
     assert not stands(state, SensorState(18.0, 1e6, refused=True))[0]
     assert not stands(state, SensorState())[0]
+    assert not stands(state, SensorState(18.0, 1e6), 690.1)[0], "stuck, whatever it says"
     short, away = stands(state, SensorState(18.501, 180.0), 180.0)
     assert short, "not before its time"
     for value_c in (18.501, 18.0):

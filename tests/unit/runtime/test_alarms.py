@@ -86,6 +86,19 @@ def test_a_bad_sensor_is_named_with_what_it_acts_on_and_how_long_is_held() -> No
         assert "Z is held for 5 min" in one.sentences.remedy
 
 
+def test_a_bad_sensor_that_the_model_does_without_is_told_as_well() -> None:
+    rules = compensation().sensors["T_column_C"]
+    sensors = {
+        **compensation().sensors,
+        "T_column_C": replace(rules, moves_with="T_hall_C", rests_k=1.0),
+        "T_hall_C": rules,
+    }
+    told = with_output(qualities=(*[SampleQuality.GOOD] * 2, SampleQuality.MISSING))
+    (one,) = alarms_of(told, replace(compensation(), sensors=sensors))
+    assert (one.key, one.priority, one.code) == ("sensor T_hall_C", "medium", "witness_bad")
+    assert "is believed no more" in one.sentences.remedy
+
+
 def test_a_redundant_sensor_that_stands_in_is_told_before_it_is_the_only_one() -> None:
     told = with_output(qualities=(SampleQuality.REDUNDANT, SampleQuality.GOOD))
     (one,) = found(told).values()

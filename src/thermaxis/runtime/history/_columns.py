@@ -196,7 +196,7 @@ class Columns:
             record.source_reason or None,
             record.sink_reason or None,
             *[s.status for s in samples],
-            *[quality.value for quality in output.qualities],
+            *[quality.value for quality in output.qualities[: len(output.values)]],
         )
         lengths = (*map(len, vectors), *map(len, output.contribution_um), len(output.values))
         key = (*record.samples, *lengths, record.parts, self.outputs, record.channels)

@@ -345,7 +345,7 @@ class CompensationLoop:
         if not any(one.request.kind is RequestKind.ACKNOWLEDGE for one in waiting):
             return set()
         _, output = cycle(self.compensation, self._state, reading)
-        rows = zip(self.compensation.model.channels, output.qualities, strict=True)
+        rows = zip(self.compensation.judged, output.qualities, strict=True)
         return {sensor_key(name) for name, quality in rows if quality in _ACCEPTED_ANEW}
 
     def _heed(self, waiting: Sequence[Waiting], answers: Sequence[Answer]) -> None:

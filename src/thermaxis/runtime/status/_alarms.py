@@ -51,6 +51,7 @@ ALARMS: Final[Mapping[str, AlarmKind]] = {
     "sensor_redundant": AlarmKind("sensor", "medium"),
     "sensor_bad": AlarmKind("sensor", "high"),
     "sensor_unread": AlarmKind("sensor", "high"),
+    "witness_bad": AlarmKind("sensor", "medium"),
     "standing_offset": AlarmKind("standing offset", "medium"),
     "offset_mismatch": AlarmKind("offset mismatch", "high"),
     "another_writer": AlarmKind("offset mismatch", "high"),
@@ -189,7 +190,7 @@ def _of_self_test(forbidden: Sequence[Message]) -> _Found:
 
 def _of_sensors(status: RuntimeStatus, compensation: Compensation) -> _Found:
     hold = _duration("hold", compensation.supervisor.hold_input_s)
-    for name, quality in zip(status.channels, status.output.qualities, strict=False):
+    for name, quality in zip(compensation.judged, status.output.qualities, strict=False):
         if quality is SampleQuality.GOOD or not status.source_connected:
             continue
         outputs = compensation.model.outputs
@@ -201,7 +202,9 @@ def _of_sensors(status: RuntimeStatus, compensation: Compensation) -> _Found:
         values |= {"quality": quality.value, "sensor_cause": quality.value, **hold}
         sample = status.samples.get(name, NOT_READ)
         values["status"] = printable(sample.status, _LONGEST_STATUS)
-        if sample.value is None:
+        if name not in status.channels:
+            yield "witness_bad", name, values
+        elif sample.value is None:
             yield "sensor_unread", name, values
         else:
             yield "sensor_bad", name, {**values, "read_c": sample.value}
