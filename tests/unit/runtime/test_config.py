@@ -335,6 +335,9 @@ def test_an_input_may_move_with_one_that_the_model_does_not_need(tmp_path: Path)
     found = read_machine(machine_file(tmp_path, (column, rests + hall)))
     assert found.compensation.judged == ("T_spindle_C", "T_column_C", "T_hall_C")
     assert found.compensation.witnesses == (-1, 2, -1)
+    two = rests + hall + 'redundant_node = "ns=2;s=T_hall_2"\n'
+    found = read_machine(machine_file(tmp_path, (column, two)))
+    assert "T_hall_C" not in found.compensation.redundant
     (lacking,) = problems_of(machine_file(tmp_path, (column, rests)))
     assert (lacking.code, lacking.place.key) == ("error-entries_missing", "input")
 

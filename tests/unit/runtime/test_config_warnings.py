@@ -174,7 +174,10 @@ def test_an_input_that_is_only_recorded_is_said(tmp_path: Path) -> None:
     assert codes(found)["input_unused"].place.key == "input.T_hall_C"
     rests = ("= 0.05\n", '= 0.05\nmoves_with = "T_hall_C"\nrests_k = 0.5\n')
     found = warned(tmp_path, ("[supervisor]", more + "[supervisor]"), rests)
-    assert "input_unused" not in codes(found)
+    assert not {"input_unused", "rests_wide"} & {*codes(found)}
+    wide = rests[0], rests[1].replace("rests_k = 0.5", "rests_k = 50.0")
+    found = codes(warned(tmp_path, ("[supervisor]", more + "[supervisor]"), wide))
+    assert found["rests_wide"].values == {"rests_k": 50.0}
 
 
 def test_the_largest_displacement_of_the_training_takes_the_worst_of_every_part() -> None:

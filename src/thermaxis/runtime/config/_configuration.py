@@ -78,7 +78,7 @@ class MachineRules:
             limits=self.limits,
             supervisor=self.supervisor,
             cycle_s=self.cycle_s,
-            redundant=self.redundant & frozenset(sensors),
+            redundant=self.redundant.intersection(model.channels),
             interlocks=self.interlocks,
             **self.validity,
         )

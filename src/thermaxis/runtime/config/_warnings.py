@@ -31,6 +31,8 @@ LONG_HOLD_S: Final = 3600.0
 """A correction that is held for longer is that of another thermal state. [s]"""
 WIDE_TOLERANCE_UM: Final = 2.0
 """A read-back that may differ by more hides a wrong unit, or another writer. [µm]"""
+WIDE_REST_K: Final = 3.0
+"""A witness that may go further tells of hardly any sensor that it is stuck. [K]"""
 BYTES_PER_CYCLE: Final = 30.0
 """Size of a cycle in the files of the history without its values. [byte]"""
 BYTES_PER_VALUE: Final = 1.5
@@ -101,6 +103,7 @@ def _about_input(
     yield name not in configuration.compensation.judged, "input_unused", key, {}
     yield rules.lowest_c <= 0.0 <= rules.highest_c, "zero_plausible", key, {}
     yield rules.frozen_s == 0.0, "frozen_unseen", key, {}
+    yield rules.rests_k > WIDE_REST_K, "rests_wide", key, {"rests_k": rules.rests_k}
     ages: dict[str, Value] = {"longest_age_s": rules.longest_age_s, "cycle_s": cycle_s}
     yield rules.longest_age_s < cycle_s, "age_below_cycle", key, ages
 
