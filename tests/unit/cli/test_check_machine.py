@@ -375,6 +375,18 @@ def test_any_machine_is_rehearsed_by_a_log_of_its_own(tmp_path, capfd):
     assert said.err == ""
 
 
+def test_a_witness_that_the_model_does_without_is_replayed_where_the_log_has_it(tmp_path):
+    more = '[input.T_hall_C]\nunit = "degC"\nlowest_c = 5.0\nhighest_c = 60.0\n\n[supervisor]'
+    rests = ("= 0.05\n", '= 0.05\nmoves_with = "T_hall_C"\nrests_k = 0.5\n')
+    path = replayed(tmp_path, ("[supervisor]", more), rests)
+    source = build_parts(read_machine(path), SystemClock()).ports.source
+    assert "T_hall_C" not in asyncio.run(source.read(1.0))
+    rows = [f"{line},{'T_hall_C' if not i else 20}" for i, line in enumerate(LOG.splitlines())]
+    (tmp_path / "log.csv").write_text("\n".join(rows), encoding="utf-8")
+    source = build_parts(read_machine(path), SystemClock()).ports.source
+    assert asyncio.run(source.read(1.0))["T_hall_C"].value == 20.0
+
+
 def test_a_replay_of_a_log_that_lacks_a_channel_is_refused(tmp_path):
     path = replayed(tmp_path)
     log = tmp_path / "log.csv"

@@ -198,8 +198,9 @@ def _replay(configuration: "MachineConfiguration", clock: "Clock") -> "tuple[Sou
     mapping = None if settings.mapping is None else files.read_thermal_mapping(settings.mapping)
     log = files.read_thermal_log(settings.log, mapping=mapping)
     replay = sources.ReplayClock()
-    names = dict.fromkeys(configuration.compensation.model.channels, "degC")
-    source = sources.ReplaySource(log, names, replay)
+    rules = configuration.compensation  # a witness that the log lacks is one that is not read
+    names = [n for n in rules.judged if n in rules.model.channels or n in log.columns]
+    source = sources.ReplaySource(log, dict.fromkeys(names, "degC"), replay)
     return source, PacedClock(replay, None if settings.as_fast_as_possible else clock)
 
 
