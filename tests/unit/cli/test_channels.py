@@ -5,9 +5,11 @@ from math import sin
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from thermaxis.cli import main
+from thermaxis.thermal import ThermalLog, suggest_inputs
 
 
 def told(tmp_path: Path, text: str, *more: str) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -41,6 +43,16 @@ def test_a_log_in_which_no_temperature_moves_suggests_no_input(tmp_path):
     rows = [(10.0 * k, 20.0, 0.5 * k) for k in range(60)]
     log, _ = told(tmp_path, log_of("T_spindle_C,Z_um", rows))
     assert log["suggested_inputs"] == []
+
+
+def test_of_two_recorders_that_share_no_row_what_moves_is_an_input(tmp_path):
+    k, odd = np.arange(120.0), np.arange(120) % 2 == 1
+    columns = {
+        "T_spindle_C": np.where(odd, np.nan, 20.0 + 0.1 * k),
+        "T_air_C": np.where(odd, 20.0 + 0.01 * k, np.nan),
+    }
+    (one,) = suggest_inputs(ThermalLog.from_columns(columns, time_s=10.0 * k))
+    assert one.expression == "T_spindle_C-T_air_C"
 
 
 def test_a_sensor_that_rests_is_told_as_keys_of_a_configuration(tmp_path, capsys):

@@ -46,6 +46,13 @@ def test_nothing_is_said_of_a_short_log_or_beside_what_tells_nothing() -> None:
     assert len(find_resting(log_of(T_column_C=column(), T_flicker_C=beside))) == 0
 
 
+def test_a_column_that_another_recorder_wrote_less_often_stood_as_long() -> None:
+    seldom = np.where(np.arange(column().size) % 10 == 0, column(), np.nan)
+    (whole,) = find_resting(log_of(T_column_C=column(), T_air_C=air()))
+    (found,) = find_resting(log_of(T_column_C=seldom, T_air_C=air()))
+    assert found.rests_s == pytest.approx(whole.rests_s, abs=1200.0)
+
+
 def test_missing_values_and_sentinels_are_no_movements() -> None:
     whole = find_resting(log_of(T_column_C=column(), T_air_C=air()))
     holes, sentinel = air(), column()

@@ -82,7 +82,9 @@ def find_resting(log: ThermalLog) -> tuple[RestingSensor, ...]:
 
 def _stands_s(log: ThermalLog, values: FloatArray) -> float:
     """Return for how long a channel stood at most. [s]"""
-    return log.usual_step_s * float(np.max(runs(values[~np.isnan(values)])[1]))
+    time_s = log.time_s[~np.isnan(values)]
+    begins, lengths = runs(values[~np.isnan(values)])
+    return float(np.max(time_s[begins + lengths - 1] - time_s[begins]))
 
 
 def _averaged(values: FloatArray, step_s: float) -> FloatArray:

@@ -62,5 +62,7 @@ def suggest_inputs(log: ThermalLog) -> tuple[InputDefinition, ...]:
 def _range_of(log: ThermalLog, definition: InputDefinition) -> float:
     values = log.columns[definition.plus]
     if definition.minus is not None:
-        values = values - log.columns[definition.minus]
+        beside = values - log.columns[definition.minus]
+        if not np.all(np.isnan(beside)):  # two recorders may share no row
+            values = beside
     return float(np.fmax.reduce(values) - np.fmin.reduce(values))
