@@ -82,7 +82,9 @@ def many() -> dict[str, Any]:
 def states() -> list[dict[str, Any]]:
     """Return a status for every state and number of outputs, the worst at the end."""
     long_reason = "offset_outside"
-    two = made_up(outputs=("X_um", "Z_um"), state="Holding", reasons=["operator_hold"])
+    doors = ["drives_on", "emergency_stop_released", "guard_door_closed"]
+    two = made_up(outputs=("X_um", "Z_um"), state="Fault", open_interlocks=doors)
+    two["headline"] = {"code": "headline-fault", "values": {"reason": "double_compensation"}}
     two["outputs"]["X_um"] = an_output(trim_um=5.0, trim_owner="novak", trim_left_s=2400.0)
     nothing = {
         key: None if value is None or isinstance(value, float) else value

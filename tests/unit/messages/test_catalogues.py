@@ -19,7 +19,7 @@ from thermaxis.compensation import (
     SampleQuality,
     SupervisorState,
 )
-from thermaxis.messages import LANGUAGES, keys, template
+from thermaxis.messages import FREE_TEXT, LANGUAGES, keys, template
 from thermaxis.runtime import ALARMS, PRIORITIES, LoopAnswer, Role
 from thermaxis.thermal import FindingKind
 
@@ -121,6 +121,12 @@ def test_every_language_says_the_same_with_the_same_values(language: str) -> Non
         if (one.variables, one.calls) != (gaps("en")[key].variables, gaps("en")[key].calls)
     }
     assert other == {}
+
+
+def test_no_code_is_taken_for_free_text_which_stays_english() -> None:
+    for key, one in gaps("en").items():
+        codes = {c[len("CODE(") :].split(",")[0] for c in one.calls if c.startswith("CODE(")}
+        assert codes.isdisjoint(FREE_TEXT), key
 
 
 PLURALS = {"en": {"one", "other"}, "de": {"one", "other"}, "cs": {"one", "few", "other"}}

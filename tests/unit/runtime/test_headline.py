@@ -265,7 +265,9 @@ def test_a_hold_that_holds_nothing_says_why_and_since_when(
     if not lost_at_first:
         names.headline_of(status(number=1))
     found, since = names.headline_of(lost)
-    assert found == Message("headline-hold_lost", {"why": "restart" if lost_at_first else "other"})
+    assert found == Message(
+        "headline-hold_lost", {"cause": "restart" if lost_at_first else "other"}
+    )
     assert since == (lost.started if lost_at_first else NOW)
 
 
@@ -438,7 +440,7 @@ async def test_an_interlock_ends_a_hold_and_the_loop_says_so() -> None:
         bench.machine.values["interlock.referenced"] = 1.0
         for seconds in (2.0, 120.0):
             await asyncio.sleep(seconds)
-            assert of(bench) == ("headline-hold_lost", {"why": "other"})
+            assert of(bench) == ("headline-hold_lost", {"cause": "other"})
         held_s = (bench.named[-1].utc - bench.since).total_seconds()
         assert held_s == pytest.approx(127.0, abs=2.0), "since it fades, not since it was held"
 

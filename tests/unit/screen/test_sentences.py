@@ -256,7 +256,7 @@ def test_only_what_a_sentence_names_is_called_as_people_do() -> None:
     said = said_status(told, "en", names)["headline_said"]
     assert said["text"] == "Interlock open: Hood, Key."
     assert said["remedy"].endswith(sentence("then-enable") + ".")
-    lost = status(headline={"code": "headline-hold_lost", "values": {"why": "restart"}})
+    lost = status(headline={"code": "headline-hold_lost", "values": {"cause": "restart"}})
     said = said_status(lost, "en", names)["headline_said"]
     assert sentence("lost-restart") in said["text"]
     person = EventRecord.of(NOW, "log", "", Message("event-logged_in", {"name": "spindle"}))

@@ -63,7 +63,7 @@ class Headlines:
                 self._since |= since
                 return self._told
         if code == "hold_lost":
-            values = {"why": "restart" if since[key] == status.started else "other"}
+            values = {"cause": "restart" if since[key] == status.started else "other"}
         self._since, self._state = since, state
         self._told = Message(f"headline-{code}", values), since[key]
         return self._told
