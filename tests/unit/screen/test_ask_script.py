@@ -28,7 +28,7 @@ globalThis.sessionStorage = {
   removeItem: (key) => store.delete(key),
 };
 const { begin, endOf, keep, kept, watch } = await import("file://STATIC/ask/requests.js");
-const { TEXTS } = await import("file://STATIC/operator/asks.js");
+const { TEXTS, blocked } = await import("file://STATIC/operator/asks.js");
 process.stdout.write(JSON.stringify((() => { BODY })()));
 """
 HEADLINES = ("active", "at_limit", "another_writer", "not_acting", "unreachable")
@@ -288,6 +288,11 @@ def test_a_hold_that_would_keep_nothing_says_only_that() -> None:
     nothing = [asked_in("Fading"), asked_in("Warming", um=0.0), asked_in("Warming", "open", um=0.0)]
     assert confirmations(*(("Hold", told) for told in nothing)) == [["operator-hold_none"]] * 3
     assert "operator-hold_none" not in confirmations(("Hold", asked_in("Warming")))[0]
+    held = [one | {"reasons": ["operator_hold"], "enabled": True} for one in nothing]
+    why = said(
+        "return given.map((told) => blocked(told).Hold);", [*held, held[0] | {"state": "Holding"}]
+    )
+    assert why == ["operator-why_hold_lost"] * 3 + ["operator-why_held"]
 
 
 def test_where_a_correction_goes_is_said_only_where_it_is_read() -> None:

@@ -101,6 +101,7 @@ operator-why_enabled = je zapnuto
 operator-why_fault = nejprve potvrďte
 operator-why_disabled = není zapnuto
 operator-why_held = je podrženo
+operator-why_hold_lost = nejprve Pokračovat
 operator-why_not_held = není podrženo
 operator-why_writer = jiný zápis: za { DURATION($left_s) }
 operator-why_calm = není co potvrzovat

@@ -101,6 +101,7 @@ operator-why_enabled = ist eingeschaltet
 operator-why_fault = zuerst quittieren
 operator-why_disabled = ist nicht eingeschaltet
 operator-why_held = wird gehalten
+operator-why_hold_lost = zuerst fortsetzen
 operator-why_not_held = wird nicht gehalten
 operator-why_writer = Fremdzugriff: in { DURATION($left_s) }
 operator-why_calm = nichts zu quittieren

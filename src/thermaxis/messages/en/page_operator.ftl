@@ -123,6 +123,7 @@ operator-why_enabled = is enabled
 operator-why_fault = acknowledge first
 operator-why_disabled = is not enabled
 operator-why_held = is held
+operator-why_hold_lost = resume first
 operator-why_not_held = is not held
 operator-why_writer = other writer: in { DURATION($left_s) }
 operator-why_calm = nothing waits

@@ -33,7 +33,7 @@ function rate(axis) {
 
 /** Why something cannot be asked for in this state, by its button.
  * @param {Status} status @returns {Record<string, string>} */
-function blocked(status) {
+export function blocked(status) {
   const fault = status.state === "Fault" ? word("operator-why_fault") : "";
   const held = isHeld(status);
   const trimmed = Object.values(status.outputs).some(isTrimmed);
@@ -41,7 +41,8 @@ function blocked(status) {
   return {
     Enable: fault || (status.enabled ? word("operator-why_enabled") : ""),
     Disable: fault ? "" : off,
-    Hold: fault || (held ? word("operator-why_held") : off),
+    Hold: fault || (!held ? off
+      : word(keepsNothing(status) ? "operator-why_hold_lost" : "operator-why_held")),
     Resume: held ? "" : word("operator-why_not_held"),
     // To take back is always allowed.
     Trim: trimmed ? "" : fault,
