@@ -5,7 +5,7 @@ from datetime import datetime, timedelta
 from typing import TypeAlias, final
 
 from thermaxis.codes import Message, Value
-from thermaxis.compensation import SETTLED_UM, Reason, SupervisorState
+from thermaxis.compensation import Reason, SupervisorState
 from thermaxis.runtime.status._status import RuntimeStatus
 
 _Causes: TypeAlias = Iterator[tuple[str, str, Mapping[str, Value]]]
@@ -138,15 +138,10 @@ def _not_there(status: RuntimeStatus) -> _Causes:
     for name, at_limit in zip(status.outputs, status.output.at_limit, strict=True):
         if at_limit:
             yield f"limit {name}", "at_limit", {"name": name}
-    output = status.output
-    for name, wanted_um, to_go_um in zip(
-        status.outputs, output.wanted_um, output.to_go_um, strict=True
-    ):
-        limits, acting_um = status.facts[name].limits, status.offsets[name].acting.um
-        left_um = to_go_um if acting_um is None else max(to_go_um, abs(wanted_um - acting_um))
-        if left_um > limits.deadband_um + SETTLED_UM:
-            left = {"left_um": left_um, "left_s": left_um / limits.largest_rate_um_per_s}
-            yield f"way {name}", "on_its_way", {"name": name, **left}
+    for name, left_um in status.left_um.items():
+        left_s = left_um / status.facts[name].limits.largest_rate_um_per_s
+        left = {"left_um": left_um, "left_s": left_s}
+        yield f"way {name}", "on_its_way", {"name": name, **left}
 
 
 def _written_by_others(status: RuntimeStatus) -> Iterator[str]:

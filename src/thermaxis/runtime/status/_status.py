@@ -192,16 +192,21 @@ class RuntimeStatus:
     not started with a configuration."""
 
     @property
+    def left_um(self) -> Mapping[str, float]:
+        """Way that is left, by output, where what is asked or what acts has not settled. [µm]"""
+        left_um = dict(zip(self.outputs, self.output.to_go_um, strict=True))
+        for name, wanted_um in zip(self.outputs, self.output.wanted_um, strict=True):
+            acting_um = self.offsets.get(name, OutputOffsets()).acting.um
+            if acting_um is not None:
+                left_um[name] = max(left_um[name], abs(wanted_um - acting_um))
+        near_um = {name: one.limits.deadband_um + SETTLED_UM for name, one in self.facts.items()}
+        return {name: um for name, um in left_um.items() if um > near_um[name]}
+
+    @property
     def settled(self) -> bool:
         """Whether the cycle has settled, and what acts was there, too, at the last look."""
-        if not self.output.settled or not all(map(self.acting_known, self.outputs)):
-            return False
-        rows = zip(self.outputs, self.output.wanted_um, strict=True)
-        return all(
-            abs(wanted_um - (self.offsets[name].acting.um or 0.0))
-            <= self.facts[name].limits.deadband_um + SETTLED_UM
-            for name, wanted_um in rows
-        )
+        known = all(map(self.acting_known, self.outputs))
+        return self.output.settled and known and not self.left_um
 
     @property
     def open_interlocks(self) -> tuple[str, ...]:
