@@ -126,7 +126,7 @@ class LiveSocket:
         whose = visitor.language, looks
         known = self._said.get(whose)
         if known is None or known[0] != told.text:
-            names = self._parts.configuration.shown_names(visitor.language)
+            names = self._parts.shown_names(visitor.language)
             said = said_status(told.status, visitor.language, names)
             shown = said if looks else _gist(said, visitor.language)
             known = told.text, json.dumps(shown, separators=(",", ":"))

@@ -125,6 +125,7 @@ def test_an_input_and_its_source_are_called_as_people_call_it_in_their_language(
 
     found = read_machine(named('{en = "Spindle", cs = "Vřeteno"}'))
     assert found.shown_names("cs") == dict.fromkeys(("T_spindle_C", "spindle"), "Vřeteno")
+    assert found.shown_names("cs", "of another model") == {"T_spindle_C": "Vřeteno"}
     english = dict.fromkeys(("T_spindle_C", "spindle"), "Spindle")
     assert found.shown_names("de") == found.shown_names("en") == english
     assert read_machine(named('{de = "Spindel"}')).shown_names("cs") == {}

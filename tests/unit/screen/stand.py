@@ -151,7 +151,7 @@ def parts(
     if configuration is None:
         server = SimpleNamespace(users=Path("users.toml") if users else None)
         configuration = SimpleNamespace(
-            name="lathe <3>", server=server, shown_names=lambda _: {"T1_C": "Bearing <front>"}
+            name="lathe <3>", server=server, shown_names=lambda *_: {"T1_C": "Bearing <front>"}
         )
     clock = clock or SystemClock()
     return ScreenParts(

@@ -71,7 +71,7 @@ class Stage:
             },
             sink=SimpleNamespace(kind="opcua"),
             server=None,
-            shown_names=lambda _: {},
+            shown_names=lambda *_: {},
         )
         people = People(self.clock).come(None if role is Role.NONE else role, "Nováková")
         feed = SimpleNamespace(latest=SimpleNamespace(status={}))

@@ -114,10 +114,11 @@ class MachineConfiguration(MachineFile):
         """File in which the state is kept."""
         return self.machine.state_file or self.path.with_suffix(".state.json")
 
-    def shown_names(self, language: str) -> dict[str, str]:
+    def shown_names(self, language: str, model_sha256: str = "") -> dict[str, str]:
         """Return what people call inputs, interlocks, and parts of the model that are an input's.
 
-        By the channel, interlock or part; only of those that have a name.
+        By the channel, interlock or part; only of those that have a name. Where another model is in
+        force, its parts have none.
         """
         found = {
             key: name
@@ -126,6 +127,8 @@ class MachineConfiguration(MachineFile):
             for stated, name in one.name.items()
             if stated == wanted
         }
+        if model_sha256 not in {"", self.model.sha256}:
+            return found
         parts = {(part.name, part.plus) for one in self.model.model.outputs for part in one.parts}
         count = Counter(text for pair in parts for text in set(pair))
         own = {

@@ -38,6 +38,11 @@ class ScreenParts:
         """Language of who has chosen none."""
         return self.settings.language
 
+    def shown_names(self, language: str) -> dict[str, str]:
+        """Return what people call what is told, of the model in force."""
+        model_sha256 = self.feed.latest.status.get("model_sha256") or ""
+        return self.configuration.shown_names(language, model_sha256)
+
 
 def parts_of(connection: HTTPConnection) -> ScreenParts:
     """Return what the pages share."""

@@ -34,7 +34,7 @@ def render(
         machine=parts.configuration.name,
         configuration_sha256=parts.configuration_sha256,
         program=parts.program,
-        names=json.dumps(parts.configuration.shown_names(visitor.language), ensure_ascii=False),
+        names=json.dumps(parts.shown_names(visitor.language), ensure_ascii=False),
     )
     return HTMLResponse(text)
 
@@ -42,7 +42,7 @@ def render(
 def fragment(request: HTTPConnection, template: str | Template, **context: object) -> str:
     """Return a part of a page in the language of its visitor."""
     language = visitor_of(request).language
-    names = parts_of(request).configuration.shown_names(language)
+    names = parts_of(request).shown_names(language)
 
     def called(name: str) -> str:
         return names.get(name) or short_names(name)

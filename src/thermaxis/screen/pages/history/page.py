@@ -164,7 +164,7 @@ def _acting(parts: "ScreenParts", outputs: Iterable[str]) -> tuple[str, ...]:
 
 def _said(request: Request, events: Sequence[EventRecord]) -> list[Json]:
     language = visitor_of(request).language
-    names = parts_of(request).configuration.shown_names(language)
+    names = parts_of(request).shown_names(language)
     return [said_event(event, language, names) for event in events]
 
 
