@@ -47,7 +47,7 @@ LARGEST_JSON_BYTES: Final = 8_000_000
 """Largest result, which a command prints. [byte]"""
 RESULTS: Final = "results.json"
 """File in which the JSON of a command lies beside what it has made."""
-_VALUE = re.compile(r"-?[A-Za-z0-9][A-Za-z0-9_.,:+ -]{0,39}")
+_VALUE = re.compile(r"-?[A-Za-z0-9µμ°″][A-Za-z0-9µμ°″_.,:+ -]{0,39}")
 """What may stand in an option: nothing that is a path or another option."""
 _LACKS_MEMORY = re.compile(r"\bMemoryError\b|\bmemory allocation\b|\bbad_alloc\b")
 _BAD_REQUEST, _UNAUTHORIZED, _NOT_FOUND, _TOO_SLOW, _TOO_LARGE = 400, 401, 404, 408, 413
@@ -98,7 +98,7 @@ class Kind(NamedTuple):
     """A file that can be made of an entry."""
 
     file: str
-    """The file that a command writes, or the page offers."""
+    """The file that a command writes, or the page offers; empty: what was dropped."""
     words: tuple[str, ...] = ()
     """Words with which the command of the entry writes it; none: it is there, or made otherwise."""
     headers: Mapping[str, str] = {}
@@ -201,7 +201,7 @@ class Room:
         kind, entry = self._kinds.get(request.path_params["kind"]), self.found(request)
         if kind is None:
             raise RefusedError(_NOT_FOUND, "room-gone")
-        path = entry.folder.path / kind.file
+        path = entry.folder.path / (kind.file or next(iter(entry.inputs)))
         words = self.words_for(entry, kind)
         if not is_file(path) and words:
             works = work_of(request)
@@ -316,9 +316,9 @@ def no_option(option: str) -> RefusedError:
 def spoken_as(told: object, language: str) -> Any:
     """Return what a command printed, what has a code said in a language.
 
-    A list ``x_codes`` takes the place of the texts ``xs`` or ``x``, ``x_code`` that of the text
-    ``x``; an object with ``code`` and ``text`` speaks itself, one with ``message`` and ``text`` by
-    that.
+    A list ``x_codes`` takes the place of the texts ``xs`` or ``x``, but for those that stand before
+    them and have no code; ``x_code`` that of the text ``x``; an object with ``code`` and ``text``
+    speaks itself, one with ``message`` and ``text`` by that.
     """
     if isinstance(told, list):
         return [spoken_as(one, language) for one in cast("list[object]", told)]
@@ -334,8 +334,12 @@ def spoken_as(told: object, language: str) -> Any:
     for key, one in found.items():
         stem, _, end = key.rpartition("_")
         if end == "codes" and stem != "reading" and isinstance(one, list):
-            texts = [_text_of(code, language) for code in cast("list[object]", one)]
-            table[stem if stem in table else f"{stem}s"] = texts
+            codes = cast("list[object]", one)
+            name = stem if stem in table else f"{stem}s"
+            found_texts = table.get(name)
+            texts = cast("list[object]", found_texts) if isinstance(found_texts, list) else []
+            bare = texts[: -len(codes) or None]
+            table[name] = [*bare, *(_text_of(code, language) for code in codes)]
         elif end == "code" and (isinstance(one, str) or _is_message(one)):
             table[stem] = _text_of(one, language)
     return table

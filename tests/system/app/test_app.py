@@ -154,22 +154,23 @@ def test_a_form_is_kept_and_sent_as_the_file_that_the_command_reads(
     app: App, browser: Browser
 ) -> None:
     page = opened(browser, app)
-    page.click("[data-form=head]")
-    page.fill("[name='machine.name']", 'mill "7" <b>')
-    with page.expect_response("**/positioning/form/head"):
-        page.click("dialog[open] button.main")
-    page.reload()
-    page.click("[data-form=head]")  # the next time
-    expect(page.locator("[name='machine.name']")).to_have_value('mill "7" <b>')
-    page.click("dialog[open] button.main")
     page.set_input_files("input[name=file]", RUNS[1])
     page.click("#run-submit")
     named(page, RUNS[1].name)
-    expect(page.locator("#run-facts")).to_contain_text('mill "7" <b>')
+    page.click("[data-form=head]")
+    page.fill("[name='machine.name']", 'mill "7" <b>')
+    with page.expect_response("**/positioning/form/head"):
+        page.click("dialog[open] button.main")  # what is shown is evaluated with it
+    expect(page.locator("#run-facts")).to_contain_text('mill "7" <b>', timeout=LONGEST_MS)
+    page.reload()
+    named(page, RUNS[1].name)
+    page.click("[data-form=head]")  # the next time
+    expect(page.locator("[name='machine.name']")).to_have_value('mill "7" <b>')
+    page.keyboard.press("Escape")
     page.click("[data-form=limits]")
     page.fill("[name='limits.A_um']", "many")
-    page.click("dialog[open] button.main")
-    page.click("#run-submit")
+    page.keyboard.press("Escape")  # asked whether to drop it, nobody says yes
+    page.click("dialog[open] button.main")  # no file is chosen, that of the shown run is there
     expect(page.locator("#wrong")).to_contain_text("A_um", timeout=LONGEST_MS)
     for form in ("head", "limits"):  # nothing is kept for those who come
         page.click(f"[data-form={form}]")
@@ -241,6 +242,7 @@ def test_work_that_is_given_up_ends_and_the_button_ends_the_program(
         page.set_input_files("input[name=file]", RUNS[1])
         page.click("#run-submit")  # its place is free again
         named(page, RUNS[1].name)
+        page.on("dialog", lambda asked: asked.accept())
         page.click("#app-end")
         expect(page.locator("main")).to_have_text(sentence("app-ended"))
         assert own.program.wait(timeout=LONGEST_MS / 1e3) == 0

@@ -41,6 +41,7 @@ def page(app: App, browser: Browser) -> Iterator[Page]:
 
 def clear(page: Page) -> None:
     """Remove every log, and with it what was made of it."""
+    page.on("dialog", lambda asked: asked.accept())
     for left in range(page.locator("#logs li").count(), 0, -1):
         page.locator("#logs button").first.click()
         expect(page.locator("#logs li")).to_have_count(left - 1, timeout=LONGEST_MS)

@@ -14,10 +14,12 @@ from urllib.parse import urlencode
 import pytest
 
 from tests.unit.app.test_entrance import GOOD, HEAD, Door
-from thermaxis.app._rooms import spoken_as
+from thermaxis.app._rooms import spoken_as, words_of
 from thermaxis.app._server import AppHost
 from thermaxis.app._shelf import Entry, Shelf
-from thermaxis.messages import LANGUAGES, sentence
+from thermaxis.app.thermal._room import identify_words
+from thermaxis.codes import Message, value_as_json
+from thermaxis.messages import LANGUAGES, sentence, text_of
 from thermaxis.web.work import WorkFolder
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
@@ -191,6 +193,24 @@ def test_what_is_full_refuses_more_and_keeps_what_other_things_are_made_of(tmp_p
 def test_an_output_may_be_called_as_what_a_result_says() -> None:
     told = {"outputs": {"Z_code": {"fit": 1}, "code": {"fit": 2}, "text": {}, "X_codes": {}}}
     assert spoken_as(told, "de") == told
+
+
+def test_a_text_without_a_code_stays_before_those_that_have_one() -> None:
+    said = Message("outcome-diameter_held")
+    told = {"warnings": ["the clocks", "old"], "warning_codes": [value_as_json(said)]}
+    assert spoken_as(told, "cs")["warnings"] == ["the clocks", text_of(said, language="cs")]
+
+
+def test_the_program_chooses_among_both_sides_of_a_difference() -> None:
+    inputs = [INPUT, {"plus": "T_air_C", "minus": "T_column_C"}]
+    words = identify_words({"outputs": ["Z_um"], "inputs": inputs, "choose": True})
+    chosen = [word for word in words if word.startswith("--candidates")]
+    assert chosen == [f"--candidates=T_{one}_C" for one in ("spindle", "column", "air")]
+
+
+def test_units_are_asked_for_as_the_page_writes_them() -> None:
+    for units in ("mm,µm", "mm, um", "°,″"):
+        assert words_of({"units": units}, ["units"]) == [f"--units={units}"]
 
 
 def test_what_a_log_shows_is_said_in_the_language_of_the_page(bench: Bench) -> None:

@@ -72,6 +72,7 @@ _KINDS: Final[Mapping[str, Kind]] = {
     "dcc": Kind("certificate.xml", ("--report=certificate.xml",)),
     "charts": Kind("charts.zip", ("--figures=charts",)),
     "csv": Kind("run.tidy.csv"),
+    "run": Kind(""),
     "json": Kind(RESULTS),
 }
 

@@ -270,12 +270,13 @@ def identify_words(asked: Json) -> list[str]:
         found = cast("Json", one)
         plus, minus = _text(found.get("plus"), "inputs"), found.get("minus") or ""
         if asked.get("choose") is True:
-            words.append(f"--candidates={plus}")
+            chosen = [plus, _text(minus, "inputs")] if minus else [plus]
+            words += [f"--candidates={one}" for one in chosen]
             continue
         name = _text(found.get("name") or plus, "inputs").replace("=", " ")
         less = f"-{_text(minus, 'inputs')}" if minus else ""
         words.append(f"--input={name}={plus}{less}")
-    return [*words, *words_of(asked, _IDENTIFY)]
+    return [*dict.fromkeys(words), *words_of(asked, _IDENTIFY)]
 
 
 def stored_name(given: str) -> str:

@@ -1,4 +1,4 @@
-remark-outside_training = vstup { $name } leží v { FIXED($share_percent, decimals: 0) } % řádků mimo rozsah záznamů, až o { FIXED($beyond_percent, decimals: 0) } % jeho šířky: tam se model extrapoluje
+remark-outside_training = vstup { $name } (jeho změna od reference) leží v { FIXED($share_percent, decimals: 0) } % řádků mimo rozsah záznamů, až o { FIXED($beyond_percent, decimals: 0) } % jeho šířky: tam se model extrapoluje
 remark-start_steady = { $channel } nezačal v klidu: volný běh začíná v ustáleném stavu prvního řádku, podle { $rows } měřených řádků mnohem pravděpodobnějším (--start rest: jak začíná stroj)
 remark-start_fitted = { $channel } nezačal v klidu: stavy zpoždění a nula záznamu ({ FIXED($zero_um, decimals: 2) } um) jsou přizpůsobeny { $rows } měřeným řádkům; tak žádný stroj nezačíná (--start rest: jak začíná)
 remark-input_failed = v { $rows } řádcích ({ FIXED($share_percent, decimals: 1) } %) byl vstup příliš dlouho vypadlý: nepočítají se

@@ -1,6 +1,7 @@
 ### Slova aplikace: její první stránka a konec.
 
 app-end = Ukončit
+app-end_sure = Ukončit program? Vše na jeho stránkách, co nebylo uloženo, se ztratí.
 app-ended = Program skončil. Tuto stránku lze zavřít.
 app-no_token = Tato stránka se otevře jen na adrese, kterou program vypsal, s jejím klíčem. Je-li adresa ztracena, spusťte thermaxis app znovu.
 

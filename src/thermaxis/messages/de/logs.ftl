@@ -1,4 +1,4 @@
-remark-outside_training = Eingang { $name } liegt in { FIXED($share_percent, decimals: 0) } % der Zeilen außerhalb des Bereichs der Aufzeichnungen, um bis zu { FIXED($beyond_percent, decimals: 0) } % seiner Breite: dort wird das Modell extrapoliert
+remark-outside_training = Eingang { $name } (seine Änderung seit dem Bezug) liegt in { FIXED($share_percent, decimals: 0) } % der Zeilen außerhalb des Bereichs der Aufzeichnungen, um bis zu { FIXED($beyond_percent, decimals: 0) } % seiner Breite: dort wird das Modell extrapoliert
 remark-start_steady = { $channel } begann nicht in Ruhe: der freie Lauf beginnt im stationären Zustand der ersten Zeile, nach { $rows } gemessenen Zeilen weit wahrscheinlicher (--start rest: wie die Maschine beginnt)
 remark-start_fitted = { $channel } begann nicht in Ruhe: Zustände der Verzögerungen und Nullpunkt der Aufzeichnung ({ FIXED($zero_um, decimals: 2) } um) sind an { $rows } gemessene Zeilen angepasst; so beginnt keine Maschine (--start rest: wie sie beginnt)
 remark-input_failed = in { $rows } Zeilen ({ FIXED($share_percent, decimals: 1) } %) war ein Eingang zu lange ausgefallen: sie zählen nicht

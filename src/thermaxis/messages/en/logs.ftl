@@ -1,6 +1,6 @@
 ## What the reader of a result must know of a log
 
-remark-outside_training = input { $name } lies outside the range of the training in { FIXED($share_percent, decimals: 0) }% of the rows, by up to { FIXED($beyond_percent, decimals: 0) }% of its width: the model is extrapolated there
+remark-outside_training = input { $name } (its change since the reference) lies outside the range of the training in { FIXED($share_percent, decimals: 0) }% of the rows, by up to { FIXED($beyond_percent, decimals: 0) }% of its width: the model is extrapolated there
 remark-start_steady = { $channel } did not begin at rest: the free run starts in the steady state of the first row, far more likely by { $rows } measured rows (verify --start rest: as the machine would start)
 remark-start_fitted = { $channel } did not begin at rest: the states of the lags and the zero of the log ({ FIXED($zero_um, decimals: 2) } um) are fitted to { $rows } measured rows, so its figures are not those of a machine that starts so (verify --start rest: as it would start)
 remark-input_failed = an input had failed for too long in { $rows } rows ({ FIXED($share_percent, decimals: 1) }%): they do not count

@@ -1,6 +1,7 @@
 ### Words of the app: its first page, its end.
 
 app-end = End
+app-end_sure = End the program? Everything on its pages that was not taken along goes.
 app-ended = The program has ended. This page can be closed.
 app-no_token = This page opens only at the address that the program has printed, with its token. Start thermaxis app anew if the address is lost.
 

@@ -7,5 +7,5 @@ import { word } from "./words.js";
 
 if (location.search) history.replaceState(null, "", location.pathname);
 byId("app-end").addEventListener("click", async () => {
-  if (await went("/end", {})) byId("content").replaceChildren(made("p", word("app-ended"), "panel"));
+  if (confirm(word("app-end_sure")) && await went("/end", {})) byId("content").replaceChildren(made("p", word("app-ended"), "panel"));
 });

@@ -30,7 +30,10 @@ export function refuse(text) {
  * @returns {Promise<T | null>} null where it was refused in words
  */
 export async function work(ask, take) {
-  if (running) return null; // one at a time
+  if (running) { // one at a time
+    refuse(word("room-own"));
+    return null;
+  }
   refuse("");
   running = new AbortController();
   const [begunMs, focused] = [performance.now(), /** @type {HTMLElement} */ (document.activeElement)];

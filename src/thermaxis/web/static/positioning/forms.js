@@ -55,13 +55,18 @@ export async function openForm(name, file, onKept) {
     const { stated } = await readToml(file);
     for (const one of fields) one.value = stated(one.name) ?? "";
   }
+  const begun = fields.map(({ value }) => value);
   form.onclick = ({ target }) => {
     const { act = "" } = /** @type {HTMLElement} */ (target).dataset;
     if (act === "save") save(tomlOf(name), `${name}.toml`);
     if (act === "empty") for (const one of fields) one.value = "";
   };
   dialog.onclose = async () => {
-    if (dialog.returnValue !== "keep") return fields.forEach((one, k) => { one.value = before[k]; });
+    if (dialog.returnValue !== "keep") {
+      const isFilled = fields.some((one, k) => one.value !== begun[k]);
+      if (isFilled && !confirm(word("positioning-form_drop"))) return dialog.showModal();
+      return fields.forEach((one, k) => { one.value = before[k]; });
+    }
     onKept(tomlOf(name));
     await went(`/positioning/form/${name}`, tomlOf(name), true);
   };

@@ -103,8 +103,21 @@ async function ask(path, body) {
   return found;
 }
 
+/** Choose the run that is shown, where none is. @param {HTMLFormElement} form */
+async function chooseShown(form) {
+  const input = /** @type {HTMLInputElement} */ (form.elements.namedItem("file"));
+  if (input.files?.length || byId("run-result").hidden) return;
+  const answer = await fetch(address("run")).catch(() => null);
+  if (!answer?.ok) return;
+  const files = new DataTransfer();
+  files.items.add(new File([await answer.blob()], byId("run-name").textContent ?? ""));
+  input.files = files.files;
+  nameFile(input);
+}
+
 /** @param {HTMLFormElement} form */
 async function send(form) {
+  await chooseShown(form);
   const { path, body, lacking } = request(form);
   const several = path.startsWith("/positioning/trend");
   const isLarge = body.size > (several ? 3 : 1) * Number(form.dataset.largest);
@@ -248,7 +261,11 @@ function begin(form) {
     };
     kept(tomlOf(name));
     one.addEventListener("click", () => {
-      openForm(name, input.files?.[0], kept).catch((error) => refuse(error.message));
+      const used = (/** @type {string} */ toml) => {
+        kept(toml);
+        if (!byId("run-result").hidden) void send(form); // what is shown, with what was filled in
+      };
+      openForm(name, input.files?.[0], used).catch((error) => refuse(error.message));
     });
   }
   onDrop(/** @type {HTMLElement} */ (form.closest(".room")), (files) => drop(form, files));

@@ -168,7 +168,8 @@ async function drawSeries(card, entry) {
         const own = lines.filter((/** @type {Data} */ { name }) =>
           entry.told.logs[0].channels.some((/** @type {Data} */ one) =>
             one.name === name && one.quantity === quantity));
-        if (own.length) draw(place, log, word(title), own);
+        const units = [...new Set(own.map((/** @type {Data} */ { unit }) => SIGNS[unit] ?? unit))];
+        if (own.length) draw(place, log, `${word(title)} [${units.join(", ")}]`, own);
       }
     }
   }
@@ -197,7 +198,8 @@ function plcOf(entry, { ask }) {
   const told = /** @type {HTMLElement} */ (shown.querySelector("[role=status]"));
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
-    const found = await ask("export", { model: entry.id, ...Object.fromEntries(askedBy(form)) });
+    const asked = [...askedBy(form)].map(([name, value]) => [name, value.replaceAll(",", ".")]);
+    const found = await ask("export", { model: entry.id, ...Object.fromEntries(asked) });
     if (!found) return;
     told.replaceChildren(...listed(word("thermal-warnings"), found.warnings),
       button(word("thermal-take_plc"), () => void download(`/thermal/plc/${entry.id}`)));

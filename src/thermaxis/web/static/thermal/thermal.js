@@ -59,6 +59,8 @@ const used = () => all("log").filter(({ id }) => chosen.get(id)?.checked);
 
 /** @param {Data} entry */
 async function remove(entry) {
+  const isUsed = entries.some(({ made_of }) => made_of.includes(entry.id));
+  if (isUsed && !confirm(word("thermal-remove_all", { name: entry.name }))) return;
   await ask("remove", { id: entry.id });
   await refresh();
 }
