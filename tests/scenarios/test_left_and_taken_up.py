@@ -37,6 +37,7 @@ from thermaxis.compensation import (
     cycle,
     cycle_state,
 )
+from thermaxis.runtime.history import Columns
 from thermaxis.runtime.status import Headlines, as_json
 
 RATE_UM_PER_S = 0.3
@@ -292,6 +293,24 @@ def test_a_redundant_column_may_stand_as_the_first_one_may() -> None:
         reading = CycleReading(60.0 * i, samples, (None, Sample(20.0)))
         state, output = cycle(compensation, state, reading)
     assert output.qualities[1] is SampleQuality.REDUNDANT
+
+
+def test_a_lost_witness_that_the_model_does_without_is_told_and_stops_nothing() -> None:
+    rig, columns = simulated.Rig(), Columns()
+    rules = rig.compensation.sensors["c"]
+    rests = {"c": replace(rules, moves_with="room", rests_k=1.0), "room": rules}
+    rig.compensation = replace(rig.compensation, sensors={**rig.compensation.sensors, **rests})
+    rig.machine.values["room"] = None
+
+    async def look(_: simulated.Rig, loop: Any) -> None:
+        await simulated.enabled_for(loop, 200.0)
+        assert simulated.state_of(loop) is SupervisorState.ACTIVE
+        assert simulated.alarms_of(loop) == {"witness_bad"}
+
+    rig.play(look)
+    columns.outputs = ("Z_um",)
+    row = columns.row_of(rig.historian.records[-1]).values()
+    assert (row["c_quality"], row["room"]) == ("good", None)
 
 
 def flickers(hour: float) -> float:
