@@ -126,7 +126,9 @@ def test_the_token_is_taken_once_at_the_first_page_alone_and_becomes_a_strict_co
     door.http.cookies.clear()  # who has the address alone has no more than its first page
     for path in ("/positioning", "/positioning/results"):
         assert door.ask("GET", f"{path}?token={TOKEN}", {"Host": GOOD["Host"]}).status_code == 403
-    assert door.ask("GET", "/?token=x", {"Host": GOOD["Host"]}).status_code == 403
+    refused = door.ask("GET", "/?token=x", {"Host": GOOD["Host"], "Accept": "text/html"})
+    assert refused.status_code == 403
+    assert 'href="/"' not in refused.text  # it leads nowhere without the token
     assert "set-cookie" not in door.ask("GET", "/", GOOD).headers
     assert door.ask("POST", "/end", GOOD).status_code == 200
     assert door.ended == 1

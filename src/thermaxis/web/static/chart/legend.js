@@ -29,7 +29,7 @@ export function lookOf(line, k) {
   return {
     color: `chart-color-${line.color ?? (k % 6) + 1}`,
     dash: DASHES[line.dash ?? ""] ?? Object.values(DASHES)[k % 6] ?? "",
-    marker: MARKERS[line.marker ?? ""] ?? Object.values(MARKERS)[k % 6] ?? "",
+    marker: MARKERS[line.marker ?? ""] ?? Object.values(MARKERS)[(k + Math.floor(k / 6)) % 6] ?? "",
   };
 }
 

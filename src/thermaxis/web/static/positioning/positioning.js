@@ -118,6 +118,9 @@ async function chooseShown(form) {
 /** @param {HTMLFormElement} form */
 async function send(form) {
   await chooseShown(form);
+  const reading = /** @type {HTMLDetailsElement} */ (byId("run-reading"));
+  reading.open ||= [...reading.querySelectorAll("select, input")].some((one) =>
+    /** @type {HTMLInputElement} */ (one).value); // what is not as in the file is seen
   const { path, body, lacking } = request(form);
   const several = path.startsWith("/positioning/trend");
   const isLarge = body.size > (several ? 3 : 1) * Number(form.dataset.largest);

@@ -59,8 +59,9 @@ export function cardOf(entry, entries, acts) {
   heading.tabIndex = -1;
   const buttons = files.map((kind) => button(word(`thermal-take_${kind}`), () =>
     void download(`/thermal/${kind}/${entry.id}`)));
-  const card = made("section", "", "panel", made("header", "", "", heading, ...buttons,
-    button("✕", () => void acts.remove(entry), word("thermal-remove", { name: title }))), ...parts);
+  const remove = button("✕", () => void acts.remove(entry), word("thermal-remove", { name: title }));
+  const card = made("section", "", "panel",
+    made("header", "", "", heading, remove, ...buttons), ...parts);
   card.dataset.kind = entry.kind;
   if (entry.has_series) void drawSeries(card, entry);
   return card;

@@ -200,8 +200,12 @@ for (const [name, act] of /** @type {const} */ ([
     void act();
   });
 }
-byId("compare").addEventListener("click", () =>
-  void judge("compare", () => ({ models: all("model").map(({ id }) => id) })));
+byId("compare").addEventListener("click", () => void judge("compare", (data) => {
+  const outputs = (/** @type {Data} */ one) => Object.keys(one.told.outputs).sort().join();
+  const alike = all("model").filter(({ id }) => id === data.get("model")).map(outputs);
+  const models = all("model").filter((one) => alike.includes(outputs(one)));
+  return { models: models.map(({ id }) => id) };
+}));
 byId("join").addEventListener("submit", (event) => {
   event.preventDefault();
   const shift = String(new FormData(/** @type {HTMLFormElement} */ (event.target)).get("shift"));
