@@ -1,5 +1,6 @@
 """What the web server says in the terminal: one line in words, and the same line rarely."""
 
+import asyncio
 import logging
 import time
 from collections.abc import Callable
@@ -31,6 +32,8 @@ class PlainLines(logging.Filter):
     def filter(self, record: logging.LogRecord) -> bool:
         """Put a record into words; return whether it is told."""
         error = record.exc_info[1] if record.exc_info else None
+        if isinstance(error, asyncio.CancelledError):
+            return False  # work that the end of the program gave up
         text = record.getMessage() if error is None else words_of_mistake(error)
         record.msg, record.args = printable(text, 400), ()
         record.exc_info = record.exc_text = record.stack_info = None

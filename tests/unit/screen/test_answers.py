@@ -148,6 +148,12 @@ def test_what_a_stranger_sent_cannot_steer_the_terminal() -> None:
     assert told.getMessage() == r"odd \x1b[2J\r\nline"
 
 
+def test_work_that_the_end_of_the_program_gave_up_is_no_mistake() -> None:
+    told = record("Exception in ASGI application")
+    told.exc_info = (asyncio.CancelledError, asyncio.CancelledError(), None)
+    assert not PlainLines().filter(told)
+
+
 def test_the_same_line_is_told_once_a_minute_and_another_one_at_once() -> None:
     now_s = 1000.0
     lines = PlainLines(lambda: now_s)
