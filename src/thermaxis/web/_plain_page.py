@@ -44,7 +44,7 @@ def refusal(
     if not wants_page(connection):
         return answer_json({"error": key, "text": text}, status)
     own = status != _MISDIRECTED and key != "app-no_token"  # there is a page to go back to
-    back = sentence("common-to_the_machine", language=language) if own else ""
+    back = sentence("common-to_the_first_page", language=language) if own else ""
     title = sentence("common-not_shown", language=language)
     return HTMLResponse(plain_page(language, title, text, back=back), status)
 

@@ -169,13 +169,18 @@ def test_a_form_is_kept_and_sent_as_the_file_that_the_command_reads(
     page.keyboard.press("Escape")
     page.click("[data-form=limits]")
     page.fill("[name='limits.A_um']", "many")
+    page.click("dialog[open] button.main")
+    expect(page.locator("dialog[open] .wrong")).to_contain_text("A_um")  # told at the form
     page.keyboard.press("Escape")  # asked whether to drop it, nobody says yes
-    page.click("dialog[open] button.main")  # no file is chosen, that of the shown run is there
-    expect(page.locator("#wrong")).to_contain_text("A_um", timeout=LONGEST_MS)
+    expect(page.locator("[name='limits.A_um']")).to_have_value("many")
+    page.once("dialog", lambda asked: asked.accept())
+    page.keyboard.press("Escape")
     for form in ("head", "limits"):  # nothing is kept for those who come
         page.click(f"[data-form={form}]")
         page.click("dialog[open] [data-act=empty]")
-        page.click("dialog[open] button.main")
+        with page.expect_response("**/positioning/upload?*"):  # the shown run, without it
+            page.click("dialog[open] button.main")
+        named(page, RUNS[1].name)
         expect(page.locator(f"#run-form [name={form}] ~ * .room-file-name")).to_have_text(
             "no file chosen"
         )
@@ -197,6 +202,13 @@ def test_two_meanings_of_a_number_are_a_choice_on_the_page(app: App, browser: Br
     page.select_option("select[name=date_order]", "day")
     page.click("#run-submit")
     named(page, "run.csv")
+    page.evaluate(DROP, ["#run-drop", "next.csv", head + dates])  # it held for that run alone
+    expect(wrong).to_contain_text("next.csv", timeout=LONGEST_MS)
+    page.click("#run-kept button")
+    named(page, "run.csv")
+    page.select_option("select[name=date_order]", "month")
+    page.click("#run-submit")  # the run that is shown is evaluated anew
+    expect(page.locator("#run-facts")).to_contain_text("2026-01-02 10:01", timeout=LONGEST_MS)
 
 
 def test_the_page_is_readable_for_everybody_in_every_language_and_size(

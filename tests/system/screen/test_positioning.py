@@ -319,6 +319,7 @@ def test_a_shown_result_is_readable_for_everybody(
 
 
 def test_what_lacks_is_said_before_anything_is_sent(visit: Visit) -> None:
+    visit.page.route("**/positioning/results", lambda one: one.fulfill(json={"results": []}))
     page = visit.open()
     expect(page.locator(".room-file-name").first).to_have_text("keine Datei gewählt")
     page.click("#run-submit")

@@ -4,6 +4,7 @@ import asyncio
 import io
 import subprocess
 import sys
+import tempfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ import httpx2 as httpx
 import pytest
 
 from thermaxis.app._server import build_app, serve_app
+from thermaxis.app.axis._forms import judge
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence
 from thermaxis.web import Listener
@@ -236,7 +238,7 @@ def test_a_user_without_a_home_has_pages_whose_forms_last_as_long_as_the_program
     monkeypatch.delenv("XDG_CONFIG_HOME", raising=False)
     monkeypatch.setattr(Path, "home", none)
     with Door(tmp_path) as door:
-        assert door.ask("POST", "/positioning/form/head", GOOD, b"[a]\nb = 1").status_code == 200
+        assert door.ask("POST", "/positioning/form/head", GOOD, b"").status_code == 200
 
 
 def test_a_damaged_table_is_told_in_words(door: Door) -> None:
@@ -244,6 +246,19 @@ def test_a_damaged_table_is_told_in_words(door: Door) -> None:
         answer = door.ask("POST", "/positioning/toml", GOOD, body)
         assert answer.status_code == 400
         assert answer.json()["text"] == sentence("positioning-no_toml")
+
+
+def test_what_a_form_may_not_say_is_told_at_the_form(door: Door) -> None:
+    for form, text, named in (
+        ("head", '[certificate]\ndate_of_issue = "23.11.2026"\n', "date_of_issue"),
+        ("limits", '[limits]\nA_um = "elf"\n', "A_um"),
+        ("budget", '[device]\nresolution_um = "elf"\n', "resolution_um"),
+    ):
+        answer = door.ask("POST", f"/positioning/form/{form}", GOOD, text.encode())
+        assert answer.status_code == 422
+        assert named in answer.json()["text"]
+        assert tempfile.gettempdir() not in answer.json()["text"]
+    judge("limits", b"[limits]\nA_arcsec = 5.0\n")
 
 
 def test_a_port_that_is_taken_is_said_with_what_to_do() -> None:

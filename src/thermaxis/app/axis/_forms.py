@@ -1,17 +1,27 @@
 """Forms of the head, the limits and the budget: what they ask, and what they were told before."""
 
 import contextlib
+import tempfile
 import tomllib
 from pathlib import Path
 from typing import Final, cast, final
 
-from thermaxis.files.settings import BUDGET_KEYS, HEADER_GROUPS
+from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings import (
+    BUDGET_KEYS,
+    HEADER_GROUPS,
+    read_budget,
+    read_figure_limits,
+    read_header,
+)
 from thermaxis.positioning import FIGURE_KEYS
+from thermaxis.quantities import AxisKind
 from thermaxis.web import RefusedError
 
 LARGEST_TABLE_BYTES: Final = 64_000
 """Largest head, file of limits, budget or mapping. [byte]"""
-_BAD_REQUEST = 400
+_READERS = {"limits": read_figure_limits, "budget": read_budget}
+_BAD_REQUEST, _NOT_EVALUATED = 400, 422
 
 
 def forms() -> dict[str, dict[str, list[tuple[str, str, bool]]]]:
@@ -57,6 +67,22 @@ class KeptForms:
             file = self._folder / f"{form}.toml"
             file.with_suffix(".new").write_bytes(text)
             file.with_suffix(".new").replace(file)
+
+
+def judge(form: str, text: bytes) -> None:
+    """Refuse what the command would not read as the file that a form stands for."""
+    texts_of(text)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{form}.toml"
+        path.write_bytes(text)
+        try:
+            if form in _READERS:
+                _READERS[form](path, AxisKind.ROTARY if b"_arcsec" in text else AxisKind.LINEAR)
+            else:
+                read_header(path)
+        except ConfigurationError as error:
+            said = str(error).replace(str(path), path.name)
+            raise RefusedError(_NOT_EVALUATED, "room-refused", said=said) from None
 
 
 def texts_of(text: bytes) -> dict[str, dict[str, str]]:

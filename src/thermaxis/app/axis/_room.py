@@ -24,7 +24,7 @@ from thermaxis.app._rooms import (
     words_of,
 )
 from thermaxis.app._shelf import Entry, Shelf
-from thermaxis.app.axis._forms import LARGEST_TABLE_BYTES, KeptForms, forms, texts_of
+from thermaxis.app.axis._forms import LARGEST_TABLE_BYTES, KeptForms, forms, judge, texts_of
 from thermaxis.controls import control_names
 from thermaxis.web import RefusedError, answer_json, spoken
 from thermaxis.web.work import remove_leftovers
@@ -48,6 +48,8 @@ _PLAN, _TABLE, _PROGRAM = "plan.json", "table.txt", "program.txt"
 _OPTIONS = ("cycle", "edition", "reference_cycle", "reference_time")
 _READING = ("decimal", "date_order", "units", "target_tolerance", "encoding")
 """How a file is read, for every command that reads it."""
+_UNITS = ("mm,um", "mm,mm", "mm,nm", "m,um", "in,uin", "deg,arcsec", "deg,deg", "rad,urad")
+"""Units of position and deviation that the page offers."""
 _TABLE_OPTIONS = ("control", "axis", "points")
 _PLAN_OPTIONS = ("length", "targets", "start", "axis", "pitch", "feed", "dwell", "cycles")
 _PROGRAM_OPTIONS = ("control", "travel", "warm_up")
@@ -129,6 +131,7 @@ class AxisRoom(Room):
             forms=forms(),
             kept={} if owner is None else self._forms.of(owner.name),
             controls=control_names(),
+            units=_UNITS,
         )
 
     async def _results(self, request: Request) -> Response:
@@ -200,6 +203,7 @@ class AxisRoom(Room):
         folder = found.folder.path
         inputs = {file.name: file for file in (*found.inputs.values(), folder / "map.toml")}
         names = dict.fromkeys(found.inputs, found.name)
+        names[_TABLE] = f"{request.query_params.get('control', '')}.txt"
         return await self._written(request, [*words, *options], _TABLE, inputs, names)
 
     async def _plan(self, request: Request) -> Response:
@@ -241,7 +245,8 @@ class AxisRoom(Room):
         form, text = request.path_params["form"], await request.body()
         if form not in forms():
             raise no_option("form")
-        texts_of(text)
+        if text:
+            judge(form, text)
         self._forms.keep(self.owner(request).name, form, text)
         return answer_json({})
 

@@ -57,7 +57,7 @@ common-alarms = alarms: { $count }
 ## what cannot be shown, or is refused before any page is made
 
 common-not_shown = This cannot be shown
-common-to_the_machine = To the machine
+common-to_the_first_page = To the first page
 common-no_page = There is no such page.
 common-mistake = The screen's program has made a mistake. Tell an engineer the reference { $reference }; the screen's log says more.
 common-refused_origin = The request does not come from a page of this screen.

@@ -1,8 +1,8 @@
 // @ts-check
 // Head, limits and budget by form: kept and sent as the TOML that the commands read.
 
-import { button, byId, inEnglish } from "../elements.js";
-import { post, went } from "../page.js";
+import { button, byId, inEnglish, say } from "../elements.js";
+import { post } from "../page.js";
 import { save } from "../room.js";
 import { word } from "../words.js";
 
@@ -51,6 +51,11 @@ export async function openForm(name, file, onKept) {
   const [dialog, fields] = [dialogOf(name), fieldsOf(name)];
   const form = /** @type {HTMLFormElement} */ (dialog.querySelector("form"));
   const before = fields.map(({ value }) => value);
+  const wrong = /** @type {HTMLElement} */ (dialog.querySelector(".wrong"));
+  const state = (/** @type {string} */ text) => {
+    say(wrong, text);
+    wrong.hidden = text === "";
+  };
   if (file) {
     const { stated } = await readToml(file);
     for (const one of fields) one.value = stated(one.name) ?? "";
@@ -61,15 +66,20 @@ export async function openForm(name, file, onKept) {
     if (act === "save") save(tomlOf(name), `${name}.toml`);
     if (act === "empty") for (const one of fields) one.value = "";
   };
-  dialog.onclose = async () => {
-    if (dialog.returnValue !== "keep") {
-      const isFilled = fields.some((one, k) => one.value !== begun[k]);
-      if (isFilled && !confirm(word("positioning-form_drop"))) return dialog.showModal();
-      return fields.forEach((one, k) => { one.value = before[k]; });
-    }
-    onKept(tomlOf(name));
-    await went(`/positioning/form/${name}`, tomlOf(name), true);
+  form.onsubmit = async (event) => {
+    if (/** @type {HTMLButtonElement} */ (event.submitter)?.value !== "keep") return;
+    event.preventDefault();
+    const answer = await post(`/positioning/form/${name}`, tomlOf(name), true).catch(() => null);
+    if (answer?.ok) dialog.close("keep");
+    else state(answer ? (await answer.json()).text : word("room-no_answer"));
   };
+  dialog.onclose = () => {
+    if (dialog.returnValue === "keep") return onKept(tomlOf(name));
+    const isFilled = fields.some((one, k) => one.value !== begun[k]);
+    if (isFilled && !confirm(word("positioning-form_drop"))) return dialog.showModal();
+    fields.forEach((one, k) => { one.value = before[k]; });
+  };
+  state("");
   dialog.returnValue = "";
   dialog.showModal();
 }

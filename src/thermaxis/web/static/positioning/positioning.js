@@ -19,6 +19,8 @@ const TABLES = ["head", "limits", "budget", "plan", "map"];
 let shownId = "";
 /** How often a run was sent or a kept one chosen: only the last choice is shown. */
 let chosen = 0;
+/** Whether what is said of how a run is read was sent with one: it does not hold for the next. */
+let isReadingSent = false;
 
 /** @param {string} kind */
 const address = (kind) => `/positioning/${kind}/${encodeURIComponent(shownId)}`;
@@ -34,16 +36,28 @@ function show(result) {
   byId("run-shown").replaceChildren(...shownOf(result));
   byId("run-frame").removeAttribute("src");
   byId("table-told").replaceChildren();
-  choose(false);
+  const axis = String(result.test.header.axis ?? "");
+  fieldOf("table-form", "axis").value = /^[A-Z]\w{0,15}$/i.test(axis) ? axis : "";
+  nameFile(fieldOf("run-form", "file"), result.name);
+  void choose(false);
   const { top } = byId("run-result").getBoundingClientRect();
   if (top < 0 || top > innerHeight / 2) byId("run-result").scrollIntoView();
   drawLevels(byId("run-levels"), byId("run-spread"), result);
 }
 
+/** @param {string} form @param {string} name @returns {HTMLInputElement} */
+const fieldOf = (form, name) => /** @type {HTMLInputElement} */ (
+  /** @type {HTMLFormElement} */ (byId(form)).elements.namedItem(name));
+
 /** @param {boolean} report */
-function choose(report) {
+async function choose(report) {
   const frame = /** @type {HTMLIFrameElement} */ (byId("run-frame"));
-  if (report && !frame.hasAttribute("src")) frame.src = address("report");
+  if (report && !frame.hasAttribute("src")) {
+    const made = address("report");
+    const text = await work((signal) => fetch(made, { signal }), (answer) => answer.text());
+    if (text === null || made !== address("report")) return;
+    frame.src = made;
+  }
   frame.hidden = !report;
   byId("run-shown").hidden = report;
   byId("run-charts").hidden = report;
@@ -103,6 +117,21 @@ async function ask(path, body) {
   return found;
 }
 
+/** Take what was said of how the run before is read back; a new one may be another kind. */
+function beginReading() {
+  if (!isReadingSent) return;
+  const fields = /** @type {NodeListOf<HTMLInputElement>} */ (
+    byId("run-reading").querySelectorAll("[name]"));
+  for (const one of fields) clear(one);
+  isReadingSent = false;
+}
+
+/** @param {HTMLInputElement} input */
+function clear(input) {
+  input.value = "";
+  nameFile(input);
+}
+
 /** Choose the run that is shown, where none is. @param {HTMLFormElement} form */
 async function chooseShown(form) {
   const input = /** @type {HTMLInputElement} */ (form.elements.namedItem("file"));
@@ -121,6 +150,7 @@ async function send(form) {
   const reading = /** @type {HTMLDetailsElement} */ (byId("run-reading"));
   reading.open ||= [...reading.querySelectorAll("select, input")].some((one) =>
     /** @type {HTMLInputElement} */ (one).value); // what is not as in the file is seen
+  isReadingSent = true;
   const { path, body, lacking } = request(form);
   const several = path.startsWith("/positioning/trend");
   const isLarge = body.size > (several ? 3 : 1) * Number(form.dataset.largest);
@@ -165,6 +195,7 @@ function beginForms() {
     });
   };
   form("table-form", async (query) => {
+    if (!query.get("axis")) return refuse(word("positioning-axis_first"));
     const found = await ask(`${address("table")}?${query}`, "");
     if (found) byId("table-told").replaceChildren(...saidAndFile(found, `${query.get("control")}.txt`));
   });
@@ -196,6 +227,8 @@ async function drop(form, files) {
     refuse(isSilent ? word("room-no_answer") : error.message);
     return;
   }
+  if (sorted.file) beginReading();
+  if (sorted.map) isReadingSent = false;
   for (const [name, { files: found }] of Object.entries(sorted)) {
     const input = /** @type {HTMLInputElement} */ (form.elements.namedItem(name));
     input.files = found;
@@ -228,7 +261,10 @@ async function list(first) {
   if (!answer?.ok) return;
   const found = /** @type {Result[]} */ ((await answer.json()).results);
   byId("run-kept").replaceChildren(...found.map((one) => made("li", "", "",
-    button(`${one.name} · ${moment(one.at)}`, () => void open(one.id)))));
+    button(`${one.name} · ${moment(one.at)}`, () => {
+      clear(fieldOf("run-form", "file"));
+      void open(one.id);
+    }))));
   if (first && chosen === 0 && found.length > 0) await open(found[0].id);
 }
 
@@ -248,8 +284,15 @@ function begin(form) {
   follow();
   const files = /** @type {NodeListOf<HTMLInputElement>} */ (form.querySelectorAll("input[type=file]"));
   for (const input of files) {
-    input.addEventListener("change", () => nameFile(input));
+    input.addEventListener("change", () => {
+      nameFile(input);
+      if (input.name === "file") beginReading();
+    });
     nameFile(input);
+  }
+  byId("run-reading").addEventListener("change", () => { isReadingSent = false; });
+  for (const one of /** @type {NodeListOf<HTMLElement>} */ (form.querySelectorAll("[data-clear]"))) {
+    one.addEventListener("click", () => clear(fieldOf("run-form", one.dataset.clear ?? "")));
   }
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -273,8 +316,8 @@ function begin(form) {
   }
   onDrop(/** @type {HTMLElement} */ (form.closest(".room")), (files) => drop(form, files));
   beginForms();
-  byId("run-figures").addEventListener("click", () => choose(false));
-  byId("run-report").addEventListener("click", () => choose(true));
+  byId("run-figures").addEventListener("click", () => void choose(false));
+  byId("run-report").addEventListener("click", () => void choose(true));
   for (const one of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-kind]"))) {
     one.addEventListener("click", () => void download(address(one.dataset.kind ?? "")));
   }
