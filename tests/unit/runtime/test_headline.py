@@ -299,11 +299,32 @@ def test_it_is_on_its_way_only_where_it_moves_and_has_far_to_go(
     limits = replace(compensation().bounds[0], deadband_um=1.5)
     told = status(**{"output": FAR, "facts": {"Z_um": OutputFacts(limits, ())}, **changes})
     names = Headlines()
-    for at_s in (0.0, 60.0):  # one look alone is doubted
-        found, _ = names.headline_of(replace(told, output=told.output._replace(time_s=at_s)))
+    there = told.offsets["Z_um"]
+    for at_s, short_um in ((0.0, 1.0), (60.0, 0.0)):  # one look alone is doubted
+        acting = there.acting._replace(um=(there.acting.um or 0.0) + short_um)
+        offsets_by_name = {"Z_um": there._replace(acting=acting)}
+        of = told.output._replace(time_s=at_s)
+        found, _ = names.headline_of(replace(told, offsets=offsets_by_name, output=of))
     assert found.code == f"headline-{code}"
     if code == "on_its_way":
         assert found.values == {"name": "Z_um", "left_um": 31.0, "left_s": 62.0}
+
+
+def test_what_has_far_to_go_and_stands_does_not_act_though_nothing_differs() -> None:
+    for rate_um_per_s, longest_s in ((1.0, 4.0), (0.1, 11.0)):
+        limits = replace(compensation().bounds[0], largest_rate_um_per_s=rate_um_per_s)
+        facts = {"Z_um": OutputFacts(limits, ())}
+        names, told = Headlines(), list[str]()
+        for at_s in range(60):
+            acting_um = -rate_um_per_s * min(at_s, 30)
+            of = replace(
+                status(output=FAR._replace(time_s=float(at_s)), facts=facts),
+                offsets={"Z_um": offsets(-41.0, -41.0, acting_um)},
+            )
+            told.append(names.headline_of(of)[0].code)
+        began = told.index("headline-not_acting")
+        assert {*told[began:]} == {"headline-not_acting"}
+        assert 30 < began <= 30 + longest_s
 
 
 def test_it_follows_the_model_only_since_it_has_arrived() -> None:

@@ -15,6 +15,8 @@ _STANDING = frozenset(f"headline-{c}" for c in ("active", "on_its_way", "at_limi
 """What is told on meanwhile, in the same state."""
 _WRITER_S = 10.0
 """Another writer is named for so long: to be read. Then its alarm says so. [s]"""
+_STANDS_S, _MOVES_UM = 3.0, 0.2
+"""What has a way to go and moves less in so long, or in a micrometre's time, does not act."""
 
 
 @final
@@ -32,6 +34,7 @@ class Headlines:
         self._began: datetime | None = None
         self._looked = False
         self._sure_s = float("-inf")
+        self._moved: dict[str, tuple[float, float]] = {}
 
     def headline_of(self, status: RuntimeStatus) -> tuple[Message, datetime]:
         """Return the headline of a status, and since when its cause has stood.
@@ -44,7 +47,8 @@ class Headlines:
         status : RuntimeStatus
             Status of a cycle.
         """
-        causes, state = [*_causes(status)], status.output.state
+        standing = self._standing(status)
+        causes, state = [*_causes(status, standing)], status.output.state
         if self._told is None and status.number <= 1:
             self._began = status.started
         came = status.utc if self._looked else self._began or status.utc
@@ -54,7 +58,7 @@ class Headlines:
         self._looked = self._looked or status.source_connected
         if causes[0][1] not in _DOUBTFUL:
             self._sure_s = status.output.time_s
-        doubted = status.output.time_s - self._sure_s <= status.patience_s
+        doubted = not standing and status.output.time_s - self._sure_s <= status.patience_s
         key, code, values = next(one for one in causes if not (doubted and one[1] == "not_acting"))
         if doubted and self._told and self._state is state and code in _DOUBTFUL:
             told, _ = self._told
@@ -68,8 +72,23 @@ class Headlines:
         self._told = Message(f"headline-{code}", values), since[key]
         return self._told
 
+    def _standing(self, status: RuntimeStatus) -> tuple[str, ...]:
+        """Return the outputs that should move towards what the model asks for, and stand still."""
+        now_s, moved, self._moved = status.output.time_s, self._moved, {}
+        standing: list[str] = []
+        for name in status.left_um if status.output.state is SupervisorState.ACTIVE else ():
+            um = status.offsets[name].acting.um
+            if um is None:
+                continue
+            at_s, at_um = moved.get(name, (now_s, um))
+            self._moved[name] = (at_s, at_um) if abs(um - at_um) < _MOVES_UM else (now_s, um)
+            rate_um_per_s = status.facts[name].limits.largest_rate_um_per_s
+            if now_s - self._moved[name][0] > max(_STANDS_S, 1.0 / rate_um_per_s):
+                standing.append(name)
+        return tuple(standing)
 
-def _causes(status: RuntimeStatus) -> _Causes:
+
+def _causes(status: RuntimeStatus, standing: tuple[str, ...]) -> _Causes:
     """Yield what is the matter, what matters most first: what it is, its code and its values.
 
     The last one is always there.
@@ -100,7 +119,7 @@ def _causes(status: RuntimeStatus) -> _Causes:
     if not status.enabled:
         yield "fading", "fading", {}
     elif state is not SupervisorState.FAULT:
-        yield from _of_enabled(status, then)
+        yield from _of_enabled(status, then, standing)
 
 
 def _then(status: RuntimeStatus) -> Mapping[str, Value]:
@@ -112,7 +131,9 @@ def _then(status: RuntimeStatus) -> Mapping[str, Value]:
     return {"then": "wait" if not held else "resume_anew" if fades else "resume"}
 
 
-def _of_enabled(status: RuntimeStatus, then: Mapping[str, Value]) -> _Causes:
+def _of_enabled(
+    status: RuntimeStatus, then: Mapping[str, Value], standing: tuple[str, ...]
+) -> _Causes:
     """Yield the same of what should compensate and is released."""
     state, reasons = status.output.state, status.output.reasons
     if not status.source_connected:
@@ -130,14 +151,16 @@ def _of_enabled(status: RuntimeStatus, then: Mapping[str, Value]) -> _Causes:
     if state is not SupervisorState.ACTIVE:
         yield "start", "warming", {"left_s": max(1.0, status.active_in_s)}
         return
-    yield from [*_not_there(status)] or [("active", "active", {})]
+    yield from [*_not_there(status, standing)] or [("active", "active", {})]
 
 
-def _not_there(status: RuntimeStatus) -> _Causes:
-    """Yield the outputs that do not follow the model: at their limit, or on their way."""
+def _not_there(status: RuntimeStatus, standing: tuple[str, ...]) -> _Causes:
+    """Yield the outputs that do not follow the model: at their limit, still, or on their way."""
     for name, at_limit in zip(status.outputs, status.output.at_limit, strict=True):
         if at_limit:
             yield f"limit {name}", "at_limit", {"name": name}
+    if standing:
+        yield "acting", "not_acting", {"names": standing}
     for name, left_um in status.left_um.items():
         left_s = left_um / status.facts[name].limits.largest_rate_um_per_s
         left = {"left_um": left_um, "left_s": left_s}
