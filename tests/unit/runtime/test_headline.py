@@ -175,6 +175,7 @@ LOST = {"source_connected": False, "interlocks": {"door": None}}
         ({}, LOST, "active"),
         ({"interlocks": {"door": False}}, LOST, "interlock"),
         ({"output": output(at_limit=(True,))}, LOST, "at_limit"),
+        ({"output": output(at_limit=(True,), wanted_um=(-43.0,))}, LOST, "at_limit"),
         ({}, {"sink_reason": Message("error-not_answered")}, "active"),
         ({}, {"differing": ("Z_um",)}, "active"),
     ],

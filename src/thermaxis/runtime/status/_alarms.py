@@ -10,7 +10,7 @@ from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality,
 from thermaxis.runtime._connection import CERTIFICATE_WARNED_DAYS
 from thermaxis.runtime._offsets import FOLLOWS_S, OffsetMismatch
 from thermaxis.runtime._ports import NOT_READ
-from thermaxis.runtime.status._status import Alarm, OutputOffsets, RuntimeStatus
+from thermaxis.runtime.status._status import Alarm, RuntimeStatus
 
 PRIORITIES = ("critical", "high", "medium", "low")
 """Priorities, the gravest first."""
@@ -220,7 +220,7 @@ def _of_outputs(
         off = output.state is SupervisorState.OFF and status.acting_known(name)
         if off and abs(correction_um) > tolerance_um:
             yield "standing_offset", name, {**of, "correction_um": correction_um}
-        said = status.offsets.get(name, OutputOffsets())
+        said = status.offsets_of(name)
         accepted_um, effective_um = said.accepted.um, said.effective.um
         if name in standing and accepted_um is not None and effective_um is not None:
             acting = {**of, "accepted_um": accepted_um, "effective_um": effective_um}

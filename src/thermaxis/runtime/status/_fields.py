@@ -204,7 +204,7 @@ def _differences_k(status: RuntimeStatus, owner: Owner) -> dict[str, float]:
 
 def _acting(status: RuntimeStatus, owner: Owner) -> StatusValue:
     """Return what acted when it was last read; bad where that may be so no more."""
-    um = status.offsets.get(owner.name, OutputOffsets()).acting.um
+    um = status.offsets_of(owner.name).acting.um
     return StatusValue(um, GOOD if status.acting_known(owner.name) else _SILENT)
 
 
@@ -212,7 +212,7 @@ def _effective(key: str) -> Callable[[RuntimeStatus, Owner], StatusValue]:
     """Return what reads a value of the effective offset, which not every machine tells."""
 
     def read(status: RuntimeStatus, owner: Owner) -> StatusValue:
-        said = status.offsets.get(owner.name, OutputOffsets())
+        said = status.offsets_of(owner.name)
         value = getattr(said.effective, key)
         missing = _SILENT if said.tells_effective else NONE_STATED
         return StatusValue(value, missing if value is None else GOOD)

@@ -76,9 +76,12 @@ class Headlines:
         """Return the outputs that should move towards what the model asks for, and stand still."""
         now_s, moved, self._moved = status.output.time_s, self._moved, {}
         standing: list[str] = []
-        for name in status.left_um if status.output.state is SupervisorState.ACTIVE else ():
-            um = status.offsets[name].acting.um
-            if um is None:
+        if status.output.state is not SupervisorState.ACTIVE:
+            return ()
+        at_limit = dict(zip(status.outputs, status.output.at_limit, strict=True))
+        for name in status.left_um:
+            um = status.offsets_of(name).acting.um
+            if um is None or at_limit[name] or not status.acting_known(name):
                 continue
             at_s, at_um = moved.get(name, (now_s, um))
             self._moved[name] = (at_s, at_um) if abs(um - at_um) < _MOVES_UM else (now_s, um)

@@ -196,7 +196,7 @@ class RuntimeStatus:
         """Way that is left, by output, where what is asked or what acts has not settled. [µm]"""
         left_um = dict(zip(self.outputs, self.output.to_go_um, strict=True))
         for name, wanted_um in zip(self.outputs, self.output.wanted_um, strict=True):
-            acting_um = self.offsets.get(name, OutputOffsets()).acting.um
+            acting_um = self.offsets_of(name).acting.um
             if acting_um is not None:
                 left_um[name] = max(left_um[name], abs(wanted_um - acting_um))
         near_um = {name: one.limits.deadband_um + SETTLED_UM for name, one in self.facts.items()}
@@ -229,9 +229,13 @@ class RuntimeStatus:
         """Time for which a look may fail before what it told may be so no more. [s]"""
         return max(SILENCE_CYCLES * self.cycle_s, SHORTEST_SILENCE_S) + LOOK_S
 
+    def offsets_of(self, output: str) -> OutputOffsets:
+        """Return what is known of an output's offsets: nothing where nothing was read yet."""
+        return self.offsets.get(output, OutputOffsets())
+
     def acting_known(self, output: str) -> bool:
         """Whether what acts at an output was read at the last look: else it may be gone."""
-        age_s = self.offsets.get(output, OutputOffsets()).acting.age_s
+        age_s = self.offsets_of(output).acting.age_s
         return self.sink_connected and age_s is not None and age_s <= self.patience_s
 
 
