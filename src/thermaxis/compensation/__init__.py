@@ -2,6 +2,7 @@
 
 from thermaxis.compensation._compensation import (
     LONGEST_CYCLE_S as LONGEST_CYCLE_S,
+    LONGEST_STEP_CYCLES as LONGEST_STEP_CYCLES,
     SHORTEST_CYCLE_S as SHORTEST_CYCLE_S,
     Compensation as Compensation,
 )

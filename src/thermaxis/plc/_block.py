@@ -51,10 +51,10 @@ class Block:
 
     Not protected: the block knows neither whether its inputs are wired to the sensors that the
     model means, nor whether the sign is right on this machine, nor whether the control adds what
-    it is given. It keeps nothing over a loss of power: it starts at steady state. Its supervisor
-    believes its signals: an interlock that is wired to nothing is met or not met for ever. A
-    correction that lies outside the total comes back at the rate, no faster. Of a sensor a slow
-    drift is not seen.
+    it is given. Whether the PLC was off it knows only by `init`, or where the measured time since
+    the last call is longer than the longest gap of the model. Its supervisor believes its signals:
+    an interlock that is wired to nothing is met or not met for ever. A correction that lies outside
+    the total comes back at the rate, no faster. Of a sensor a slow drift is not seen.
 
     With a line: K0, slope and reference position are three values, and mean a line only together:
     whoever writes them must write all three of the same call in one job, or the reference position
@@ -204,6 +204,7 @@ class Block:
             "cycle_s": text(settings.cycle_s, "cycle_s"),
             "shortest_s": text(settings.shortest_cycle_s, "cycle_s"),
             "longest_s": text(settings.longest_cycle_s, "cycle_s"),
+            "gap_s": text(compensation.model.longest_gap_s, "longest_gap_s"),
             "longest_hold_s": text(compensation.model.longest_hold_s, "longest_hold_s"),
             "margin_k": text(compensation.validity_margin_k, "margin_k"),
             "lowest_weight": text(compensation.lowest_weight, "lowest_weight"),
@@ -239,9 +240,7 @@ def _channels(settings: PlcSettings, text: _Text) -> _Items:
             "lowest_c": text(rule.lowest_c, "lowest_c", channel),
             "highest_c": text(rule.highest_c, "highest_c", channel),
             "step_k": text(rule.step_k, "step_k", channel),
-            "rate_step_k": text(
-                rule.largest_rate_k_per_s * settings.cycle_s, "largest_rate_k_per_s", channel
-            ),
+            "rate_k_per_s": text(rule.largest_rate_k_per_s, "largest_rate_k_per_s", channel),
             "frozen_s": text(rule.frozen_s, "frozen_s", channel),
         }
         for k, (stem, channel, rule) in enumerate(

@@ -17,12 +17,11 @@ NEVER_OUTCOMES = frozenset(
     {
         Outcome.CLOCK_BACKWARD,
         Outcome.CLOCK_STILL,
-        Outcome.GAP,
         Outcome.STATE_UNUSABLE,
         Outcome.DIAMETER_UNKNOWN,
     }
 )
-"""Outcomes that a block without a clock and without a memory never has."""
+"""Outcomes that a block never has, whose clock is the time since the last call."""
 NEVER_QUALITIES = frozenset(
     {
         SampleQuality.REDUNDANT,
@@ -143,6 +142,7 @@ def _int(name: str, text: str, start: float = 0.0) -> Variable:
 
 def _inputs(settings: PlcSettings, *, line: bool) -> Iterator[Variable]:
     outputs = _named(settings)
+    yield _bool("init", "TRUE in the first scan after power-on: begin as a new instance")
     yield _number("cycle_time_s", "measured time since the last call", "s")
     yield _bool("enable", "rising: enable, falling: disable")
     yield _bool("hold", "while it is TRUE: hold, falling: resume")
@@ -193,6 +193,7 @@ def _outputs(settings: PlcSettings, *, line: bool) -> Iterator[Variable]:
     yield _bool("held", "the hold of an operator is in force, or has expired")
     yield _bool("linked", "the corrections may be written")
     yield _bool("settled", "the corrections are what the model asks for, within 1 um")
+    yield _bool("standing", "Off, and an offset stands in the control that nobody commands")
     yield _int("fault_word", "why it is not active, bits in the guide")
     qualities = ", ".join(f"{k} {quality}" for k, quality in enumerate(Quality))
     yield _int("model_quality", qualities, float(list(Quality).index(Quality.BAD)))

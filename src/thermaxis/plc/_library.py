@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 
 LIBRARY = "thermaxis_lib"
 """Name of the library, and of its files."""
-LIBRARY_VERSION = 1
+LIBRARY_VERSION = 2
 """Version of the library that model blocks are made for; a block refuses to run with another."""
 
 StFlavour: TypeAlias = Literal["iec", "twincat", "codesys"]
@@ -27,8 +27,8 @@ NOT_CHECKED = (
 _CLASSIC = (
     "(* STEP 7 V5: enter every quoted name in the symbol table, each as a function block of *)\n"
     "(* its own, before the source is compiled. CPUs of this class keep instance data over *)\n"
-    "(* power-off as a rule: declare the instance data block non-retain, or load its start *)\n"
-    "(* values when the CPU starts. From the trade, not checked. *)\n"
+    "(* power-off as a rule: the input init is TRUE in the first scan, by OB100 as the guide *)\n"
+    "(* says. From the trade, not checked. *)\n"
 )
 _PANES = {"twincat": "TwinCAT 3", "codesys": "CODESYS"}
 MARK = "(* ---- statements: the lower pane ---- *)\n"

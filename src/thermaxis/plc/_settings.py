@@ -7,7 +7,7 @@ from math import expm1, frexp
 from typing import final
 
 from thermaxis.codes import Message, Place
-from thermaxis.compensation import Compensation, CompensationModel, Part
+from thermaxis.compensation import LONGEST_STEP_CYCLES, Compensation, CompensationModel, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._names import PlcNames, names_of
 from thermaxis.plc._numbers import stored
@@ -51,7 +51,7 @@ class PlcSettings:
     ConfigurationError
         If there are redundant sensors or other interlocks than `INTERLOCK`, too many outputs,
         parts, sections or channels, a delay that is no whole number of cycles or too long, a gap
-        that is shorter than the longest cycle, a name that cannot be made legal, or a number that
+        that is shorter than two cycles, a name that cannot be made legal, or a number that
         the target's numbers cannot hold. In REAL also if the cycle is no multiple of 1/128 s, a
         time is too long to be counted exactly, or a rate is lost in the rounding of its total.
     """
@@ -84,7 +84,7 @@ class PlcSettings:
         _require_size(model)
         for part in model.layout.parts:
             _require_delay(part, compensation.cycle_s)
-        if model.longest_gap_s < self.longest_cycle_s:
+        if model.longest_gap_s < LONGEST_STEP_CYCLES * self.cycle_s:
             raise ConfigurationError(
                 "gap_within_cycle", gap_s=model.longest_gap_s, place=Place(key="longest_gap_s")
             )

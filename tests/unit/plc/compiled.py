@@ -85,8 +85,6 @@ class Compiled:
 
     def step(self, inputs: PlcInputs) -> PlcOutputs:
         """Do what one call of the block does."""
-        if inputs.restart:
-            self.switch_on()
         self.tell(by_variable(self._names, inputs))
         said = variable_names(self._names, PlcOutputs._fields).values()
         of = self._values

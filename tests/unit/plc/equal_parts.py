@@ -140,11 +140,11 @@ def recorded(settings: PlcSettings, steps: Iterable[PlcStep], seen: Seen | None 
     wanted: list[Row] = []
     before: PlcOutputs | None = None
     for inputs, outputs in steps:
-        starts.append(inputs.restart or not rows)
+        starts.append(not rows)  # from then on `init` alone begins anew
         rows.append(told(by_variable(settings.names, inputs)))
         wanted.append(said(by_variable(settings.names, outputs)))
         if seen is not None:
-            seen.add(before, outputs, restart=inputs.restart)
+            seen.add(before, outputs, restart=inputs.init)
         before = outputs
     return Record(names_out, rows, starts, np.array(wanted, dtype=np.float64))
 

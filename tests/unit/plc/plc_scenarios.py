@@ -186,7 +186,9 @@ class MoodPlant:
         calm = self.mood("calm", 0.01, 0.01)
         told: dict[str, Any] = {"cycle_time_s": settings.cycle_s * rng.uniform(0.92, 1.08)}
         if self.mood("late", 0.01, 0.5) and not calm:
-            told["cycle_time_s"] = settings.cycle_s * rng.choice((0.89, 1.11, 0.0, math.nan, 1e30))
+            told["cycle_time_s"] = settings.cycle_s * rng.choice(
+                (0.89, 1.11, 0.0, math.nan, 1e30, 1e4)
+            )
         for name, begin, end in (("enable", 0.15, 0.01), ("hold", 0.02, 0.15)):
             if rng.random() < (end if self.level[name] else begin) and not (
                 calm and name == "hold"
@@ -245,8 +247,8 @@ class MoodPlant:
     def steps(self, block: CycleBlock, calls: int) -> Iterator[PlcStep]:
         """Yield calls of a block; the PLC is switched off and on now and then."""
         for call in range(calls):
-            restart = call > 0 and self.rng.random() < 0.004
-            inputs = inputs_of(self.settings, self.inputs())._replace(restart=restart)
+            init = call > 0 and self.rng.random() < 0.004
+            inputs = inputs_of(self.settings, self.inputs())._replace(init=init)
             said = block.step(inputs)
             self.write(said)
             yield PlcStep(inputs, said)

@@ -200,17 +200,18 @@ def test_a_large_model_equals_the_cycle() -> None:
 def test_the_block_has_the_inputs_and_outputs_that_the_interface_names() -> None:
     face = interface_of(one_section(double=True))
     assert [v.name for v in face.inputs] == [
-        "cycle_time_s", "enable", "hold", "reset", "diameter_mm", "diameter_known", "t_spindle",
-        "ok_spindle", "trim_z_um", "interlocks_met", "connected", "other_compensation",
+        "init", "cycle_time_s", "enable", "hold", "reset", "diameter_mm", "diameter_known",
+        "t_spindle", "ok_spindle", "trim_z_um", "interlocks_met", "connected", "other_compensation",
         "read_z_um", "read_ok",
     ]  # fmt: skip
     assert [v.name for v in face.outputs] == [
         "correction_z_um", "model_z_um", "wanted_z_um", "weight_z_um", "limit_z_um",
         "added_z_um", "to_go_z_um", "part_spindle", "quality_spindle", "state", "enabled", "held",
-        "linked", "settled", "fault_word", "model_quality", "outcome_word", "refused", "heartbeat",
+        "linked", "settled", "standing", "fault_word", "model_quality", "outcome_word", "refused",
+        "heartbeat",
     ]  # fmt: skip
     assert [(v.name, v.start) for v in face.identity] == [
-        ("library_version", 1.0), ("model_id_1", float(0xABC)), ("model_id_2", float(0xDEF)),
+        ("library_version", 2.0), ("model_id_1", float(0xABC)), ("model_id_2", float(0xDEF)),
     ]  # fmt: skip
 
 

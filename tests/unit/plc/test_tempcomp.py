@@ -110,11 +110,9 @@ def test_the_block_with_a_line_is_the_cycle_with_the_line_as_its_law_says(
     cycle, blocks = CycleBlock(exported, line), [with_line(exported, line, x) for x in ("st", "c")]
     names = exported.names.outputs
     states: set[int] = set()
-    for inputs, _ in course_of(cycle, exported):
+    for _ in course_of(cycle, exported):
         wanted = cycle.values()
         for block in blocks:
-            if inputs.restart:
-                block.switch_on()
             block.tell({v.name: wanted[v.name] for v in interface_of(exported, line).inputs})
             said = block.values()
             assert said == {name: wanted[name] for name in said}
@@ -282,11 +280,11 @@ def test_the_guide_names_how_far_the_line_moves_in_one_call_and_it_moves_no_furt
     assert k0_step_mm == pytest.approx(np.max(fits[:, 1]), rel=2e-5)
     assert slope_step == pytest.approx(np.max(fits[:, 0]), rel=2e-5)
     cycle = CycleBlock(exported, line)
-    calls = [(inputs.restart, dict(cycle.values())) for inputs, _ in course_of(cycle, exported)]
+    calls = [(inputs.init, dict(cycle.values())) for inputs, _ in course_of(cycle, exported)]
     moved = [
         (abs(now["k0_mm"] - before["k0_mm"]), abs(now["slope"] - before["slope"]))
-        for (_, before), (restart, now) in pairwise(calls)
-        if before["linked"] and now["linked"] and not restart
+        for (_, before), (init, now) in pairwise(calls)
+        if before["linked"] and now["linked"] and not init
         if before["state"] and now["state"]
     ]
     largest = np.max(np.array(moved), axis=0)
@@ -340,8 +338,8 @@ def test_vectors_have_a_column_for_everything_and_are_the_same_twice() -> None:
     lines = [row for row in text.splitlines() if not row.startswith("#")]
     names = lines[0].split(",")
     face = interface_of(exported, line)
-    assert names[:4] == ["call", "calls", "restart", "compare"]
-    assert names[4:] == [v.name for v in (*face.inputs, *face.outputs)]
+    assert names[:3] == ["call", "calls", "compare"]
+    assert names[3:] == [v.name for v in (*face.inputs, *face.outputs)]
     assert {len(row.split(",")) for row in lines} == {len(names)}
     assert len(lines) == 51
 

@@ -35,10 +35,9 @@ def replayed(settings: PlcSettings, row: dict[str, str], block: Compiled) -> Plc
     """Call the exported block as the row says, from its text alone."""
     kinds = {v.name: v.kind for v in interface_of(settings).inputs}
     told = {n: float(row[n]) if kinds[n] is Kind.NUMBER else row[n] == "1" for n in kinds}
-    inputs = inputs_of(settings, told)._replace(restart=row["restart"] == "1")
-    said = block.step(inputs)
-    for _ in range(int(row["calls"]) - 1):
-        said = block.step(inputs._replace(restart=False))
+    inputs = inputs_of(settings, told)._replace(init=told["init"] == 1.0)
+    for _ in range(int(row["calls"])):
+        said = block.step(inputs)
     return said
 
 
@@ -105,7 +104,15 @@ def require_promised(settings: PlcSettings, *, reaches: bool) -> None:
     assert (len(rows), sum(int(row["calls"]) for row in rows)) == (found.rows, found.calls)
     assert found.rows < MOST_ROWS
     assert {row["state"] for row in rows} == set("012345")
-    for name in ("restart", "other_compensation", "refused", "enabled", "linked", "read_ok"):
+    for name in (
+        "init",
+        "standing",
+        "other_compensation",
+        "refused",
+        "enabled",
+        "linked",
+        "read_ok",
+    ):
         assert {row[name] for row in rows} == {"0", "1"}, name
     longest = max(int(row["calls"]) for row in rows)
     assert longest >= 1000

@@ -15,6 +15,7 @@ static const tx_number zero = 0.0F;
 static const tx_number one = 1.0F;
 static const tx_number largest_number = (tx_number)1.0E+30; /* more is no temperature */
 static const tx_number largest_offset_um = 1.0E+06F;
+static const tx_number largest_gap_s = (tx_number)1.0E+09;
 static const tx_number largest_unseen_k = 1.0E+06F;
 static const tx_number largest_diameter_mm = 1.0E+05F;
 
@@ -62,12 +63,18 @@ void tx_begin_step(tx_begin *begin, const tx_clock_rules *rules, tx_number cycle
     begin->called = true;
     begin->heartbeat = begin->heartbeat >= 32767 ? 0 : (int16_t)(begin->heartbeat + 1);
     begin->clock_ok = cycle_time_s >= rules->shortest_s && cycle_time_s <= rules->longest_s;
+    begin->gap = begin->timed && cycle_time_s > rules->gap_s;
+    begin->elapsed_s = rules->cycle_s;
+    if (begin->gap) {
+        begin->clock_ok = true;
+        begin->elapsed_s = cycle_time_s > largest_gap_s ? largest_gap_s : cycle_time_s;
+    }
     begin->passed = begin->clock_ok && begin->timed;
     if (begin->clock_ok) {
         begin->timed = true;
     }
     /* In Off nobody writes, so anybody may have changed the offset. */
-    if (!connected || state == TX_OFF) {
+    if (!connected || state == TX_OFF || begin->gap) {
         begin->waiting = true;
     }
     begin->take_over = begin->waiting && connected && all_read;
@@ -229,10 +236,9 @@ static void sensor_compared(tx_sensor *sensor, const tx_sensor_rules *rules, con
 }
 
 void tx_sensor_step(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_begin *begin,
-                    tx_number cycle_s, tx_number longest_hold_s, tx_number value_c, bool is_ok,
-                    bool forget)
+                    tx_number longest_hold_s, tx_number value_c, bool is_ok, bool forget)
 {
-    tx_number rate_k = begin->passed ? rules->rate_step_k : zero;
+    tx_number rate_k = begin->passed ? rules->rate_k_per_s * begin->elapsed_s : zero;
     sensor->usable = false;
     if (forget) {
         sensor->known = false;
@@ -240,7 +246,7 @@ void tx_sensor_step(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_be
         sensor->unseen_k = zero;
     }
     if (begin->passed && sensor->dated && sensor->still_s <= rules->frozen_s) {
-        sensor->still_s = sensor->still_s + cycle_s;
+        sensor->still_s = sensor->still_s + begin->elapsed_s;
     }
     if (!(value_c >= -largest_number && value_c <= largest_number)) {
         sensor_unread(sensor, 2, rate_k);
@@ -263,25 +269,30 @@ void tx_sensor_step(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_be
     } else if (begin->clock_ok) {
         sensor->held = true;
         if (sensor->age_s <= longest_hold_s) {
-            sensor->age_s = sensor->age_s + cycle_s;
+            sensor->age_s = sensor->age_s + begin->elapsed_s;
         }
         sensor->failed = !sensor->held_known || sensor->age_s > longest_hold_s;
     }
 }
 
-void tx_model_state_step(tx_model_state *model, bool clock_ok, bool held, bool failed)
+void tx_model_state_step(tx_model_state *model, const tx_begin *begin, bool held, bool failed)
 {
-    model->started = clock_ok && !model->runs && !failed;
-    model->runs = model->runs || model->started;
+    const bool clock_ok = begin->clock_ok;
+    const bool anew = clock_ok && (begin->gap || !model->runs);
+    model->started = anew && !failed;
+    model->at_rest = model->started && !model->runs;
+    model->refers = model->started && !model->referred;
+    model->referred = model->referred || model->started;
+    model->runs = model->started || (model->runs && !anew);
     model->advance = clock_ok && model->runs;
-    model->steady = !clock_ok || (model->runs && !model->started);
+    model->steady = !anew;
     model->outcome_word = 0;
     if (!clock_ok) {
         model->outcome_word = TX_CLOCK_UNUSABLE;
     } else if (!model->runs) {
         model->outcome_word = TX_WAITING;
     } else if (model->started) {
-        model->outcome_word = TX_STARTED;
+        model->outcome_word = model->at_rest ? TX_STARTED : TX_GAP;
     }
     if (failed) {
         model->outcome_word |= TX_INPUT_FAILED;
@@ -313,31 +324,31 @@ void tx_asked_step(tx_asked *asked, const tx_limits *limits, tx_number model_um,
 }
 
 /* Counts a time, no further than beyond its limit. */
-static tx_number counted(tx_number time_s, bool on, tx_number cycle_s, tx_number limit_s)
+static tx_number counted(tx_number time_s, bool on, tx_number elapsed_s, tx_number limit_s)
 {
     if (!on) {
         return zero;
     }
-    return time_s <= limit_s ? time_s + cycle_s : time_s;
+    return time_s <= limit_s ? time_s + elapsed_s : time_s;
 }
 
 /* The same, to the limit. */
-static tx_number counted_to(tx_number time_s, bool on, tx_number cycle_s, tx_number limit_s)
+static tx_number counted_to(tx_number time_s, bool on, tx_number elapsed_s, tx_number limit_s)
 {
-    tx_number after_s = on ? time_s + cycle_s : zero;
+    tx_number after_s = on ? time_s + elapsed_s : zero;
     return on && after_s > limit_s ? limit_s : after_s;
 }
 
 /* The same, but never beyond the limit in the first cycle, however long that is. */
-static tx_number counted_from_two(tx_number time_s, bool on, tx_number cycle_s, tx_number limit_s)
+static tx_number counted_from_two(tx_number time_s, bool on, tx_number elapsed_s, tx_number limit_s)
 {
-    if (on && time_s <= zero && cycle_s > limit_s) {
+    if (on && time_s <= zero && elapsed_s > limit_s) {
         return limit_s;
     }
-    return counted(time_s, on, cycle_s, limit_s);
+    return counted(time_s, on, elapsed_s, limit_s);
 }
 
-static void count_times(tx_supervisor *s, const tx_supervisor_rules *rules, tx_number cycle_s,
+static void count_times(tx_supervisor *s, const tx_supervisor_rules *rules, tx_number elapsed_s,
                         const tx_requests *requests, const tx_signals *signals)
 {
     bool ready
@@ -346,17 +357,17 @@ static void count_times(tx_supervisor *s, const tx_supervisor_rules *rules, tx_n
     bool at_limit = (s->state == TX_ACTIVE || s->state == TX_HOLDING) && signals->at_limit;
     bool halted = requests->enabled
         && (s->state == TX_WARMING || s->state == TX_HOLDING || s->state == TX_FADING);
-    s->running_s = counted_to(s->running_s, signals->steady, cycle_s, rules->settle_s);
-    s->ready_s = counted_to(s->ready_s, ready, cycle_s, rules->recovery_delay_s);
-    s->input_lost_s = counted(s->input_lost_s, !signals->inputs_ok, cycle_s, rules->lost_input_s);
+    s->running_s = counted_to(s->running_s, signals->steady, elapsed_s, rules->settle_s);
+    s->ready_s = counted_to(s->ready_s, ready, elapsed_s, rules->recovery_delay_s);
+    s->input_lost_s = counted(s->input_lost_s, !signals->inputs_ok, elapsed_s, rules->lost_input_s);
     s->connection_lost_s
-        = counted(s->connection_lost_s, !signals->linked, cycle_s, rules->hold_connection_s);
+        = counted(s->connection_lost_s, !signals->linked, elapsed_s, rules->hold_connection_s);
     s->interlock_open_s
-        = counted(s->interlock_open_s, !signals->interlocks_met, cycle_s, rules->hold_interlock_s);
-    s->held_s = counted(s->held_s, requests->held, cycle_s, rules->hold_operator_s);
-    s->differs_s = counted_from_two(s->differs_s, differs, cycle_s, rules->read_back_s);
-    s->at_limit_s = counted_from_two(s->at_limit_s, at_limit, cycle_s, rules->at_limit_s);
-    s->halted_s = counted(s->halted_s, halted, cycle_s, rules->max_hold_s);
+        = counted(s->interlock_open_s, !signals->interlocks_met, elapsed_s, rules->hold_interlock_s);
+    s->held_s = counted(s->held_s, requests->held, elapsed_s, rules->hold_operator_s);
+    s->differs_s = counted_from_two(s->differs_s, differs, elapsed_s, rules->read_back_s);
+    s->at_limit_s = counted_from_two(s->at_limit_s, at_limit, elapsed_s, rules->at_limit_s);
+    s->halted_s = counted(s->halted_s, halted, elapsed_s, rules->max_hold_s);
 }
 
 /* Returns the reasons that keep it from being active, and whether they have lasted too long. */
@@ -418,7 +429,7 @@ static tx_motion motion_of(const tx_supervisor *s, const tx_signals *signals)
     return s->state == TX_FAULT ? TX_TO_ZERO_AS_FOLLOWED : TX_STAY;
 }
 
-void tx_supervisor_step(tx_supervisor *s, const tx_supervisor_rules *rules, tx_number cycle_s,
+void tx_supervisor_step(tx_supervisor *s, const tx_supervisor_rules *rules, tx_number elapsed_s,
                         const tx_requests *requests, const tx_signals *signals)
 {
     bool expired = false;
@@ -431,7 +442,7 @@ void tx_supervisor_step(tx_supervisor *s, const tx_supervisor_rules *rules, tx_n
     if (requests->enabled_anew) {
         s->ready_s = zero;
     }
-    count_times(s, rules, cycle_s, requests, signals);
+    count_times(s, rules, elapsed_s, requests, signals);
     int16_t blocked = blocked_by(s, rules, requests->held, &expired);
     /* A fault stays until it is acknowledged. */
     if (s->state != TX_OFF && s->state != TX_FAULT) {
@@ -467,15 +478,15 @@ void tx_supervisor_step(tx_supervisor *s, const tx_supervisor_rules *rules, tx_n
 }
 
 void tx_trim_step(tx_trim *trim, const tx_begin *begin, tx_number trim_um, bool in_fault,
-                  tx_number cycle_s, tx_number largest_um, tx_number longest_s)
+                  tx_number largest_um, tx_number longest_s)
 {
     bool is_number = trim_um >= zero || trim_um < zero;
     bool changed
         = trim->odd || !is_number || trim_um < trim->before_um || trim_um > trim->before_um;
     trim->refused = false;
     if (begin->passed) {
-        if (trim->left_s > cycle_s) {
-            trim->left_s = trim->left_s - cycle_s;
+        if (trim->left_s > begin->elapsed_s) {
+            trim->left_s = trim->left_s - begin->elapsed_s;
         } else {
             trim->added_um = zero;
         }

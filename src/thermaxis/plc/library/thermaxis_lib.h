@@ -4,7 +4,7 @@
  * stands in the model block, which calls these functions once per cycle. Temperatures degC,
  * differences K, displacements and corrections um, times s. No allocation, no library.
  *
- * Keep no struct over power-off: call <name>_init. Compile with -ffp-contract=off. The conditions
+ * A struct that is kept over power-off begins anew by its input init. Compile with -ffp-contract=off. The conditions
  * are written so that a NaN never passes as plausible.
  */
 #ifndef THERMAXIS_LIB_H
@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define TX_LIBRARY_VERSION 1
+#define TX_LIBRARY_VERSION 2
 #define TX_REAL 0 /* 1: numbers are float */
 
 #ifdef __cplusplus
@@ -54,6 +54,7 @@ enum {
     TX_STARTED = 1,
     TX_WAITING = 2,
     TX_CLOCK_UNUSABLE = 8,
+    TX_GAP = 64,
     TX_INPUT_HELD = 128,
     TX_INPUT_FAILED = 256,
     TX_DIAMETER_HELD = 512,
@@ -71,25 +72,29 @@ typedef struct {
 void tx_lag_start(tx_lag *lag, tx_number start_k);
 void tx_lag_step(tx_lag *lag, tx_number u_k, tx_number alpha);
 
-/* Begin of every cycle. A call that comes too early or too late advances nothing. The offset that
- * stands in the control is taken over while the state is Off and after a lost connection; until
- * it has been read nothing may be written. */
+/* Begin of every cycle. A call that comes too early or too late advances nothing; after a gap,
+ * longer than gap_s, the model starts anew. The offset that stands in the control is taken over
+ * while the state is Off, after a gap and after a lost connection; until it has been read nothing
+ * may be written. */
 typedef struct {
     bool called;
     bool waiting; /* the offset in the control is still to be read */
     bool first; /* this is the first call */
-    bool clock_ok; /* the call came in time */
-    bool passed; /* a cycle has passed since a good call */
+    bool clock_ok; /* the call came in time, or after a gap */
+    bool gap; /* it came after a gap */
+    bool passed; /* that time has passed since a good call */
     bool timed; /* some call came in time before or now */
     bool take_over; /* take the offset over that was read */
     bool linked; /* the corrections may be written */
     int16_t heartbeat; /* counts the calls to 32767, then from 0 */
+    tx_number elapsed_s; /* time that counts: a cycle, or the gap */
 } tx_begin;
 
 typedef struct {
     tx_number cycle_s;
     tx_number shortest_s; /* shortest measured time that is accepted */
     tx_number longest_s; /* longest measured time that is accepted */
+    tx_number gap_s; /* after a longer time the model starts anew */
 } tx_clock_rules;
 
 void tx_begin_init(tx_begin *begin);
@@ -161,7 +166,7 @@ typedef struct {
     tx_number lowest_c;
     tx_number highest_c;
     tx_number step_k; /* jump that is accepted at any rate */
-    tx_number rate_step_k; /* fastest plausible change in a cycle */
+    tx_number rate_k_per_s; /* fastest plausible change */
     tx_number frozen_s; /* longest time without any change, 0 for any */
 } tx_sensor_rules;
 
@@ -181,21 +186,23 @@ typedef struct {
 } tx_sensor;
 
 void tx_sensor_step(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_begin *begin,
-                    tx_number cycle_s, tx_number longest_hold_s, tx_number value_c, bool is_ok,
-                    bool forget);
+                    tx_number longest_hold_s, tx_number value_c, bool is_ok, bool forget);
 
-/* Whether the model advances in this call: it waits until every temperature is there, starts once,
- * and goes on with held temperatures. */
+/* Whether the model advances in this call: it waits until every temperature is there, starts, and
+ * goes on with held temperatures; after a gap it starts anew at its steady state. */
 typedef struct {
     bool runs; /* it has started */
     bool advance; /* it advances in this call */
     bool started; /* it starts in this call */
+    bool at_rest; /* it starts, and not at once after a gap */
+    bool refers; /* it starts for the first time: these are its references */
+    bool referred; /* it has its references */
     bool steady; /* it neither waits nor starts in this call */
     int16_t quality;
     int16_t outcome_word;
 } tx_model_state;
 
-void tx_model_state_step(tx_model_state *model, bool clock_ok, bool held, bool failed);
+void tx_model_state_step(tx_model_state *model, const tx_begin *begin, bool held, bool failed);
 
 /* What the model asks for: minus the displacement, weighted less outside the range of its
  * training, within the output limit. */
@@ -253,7 +260,7 @@ typedef struct {
 } tx_signals;
 
 void tx_supervisor_step(tx_supervisor *supervisor, const tx_supervisor_rules *rules,
-                        tx_number cycle_s, const tx_requests *requests,
+                        tx_number elapsed_s, const tx_requests *requests,
                         const tx_signals *signals);
 
 /* A bounded addition by a person. Every new value of the input is a request, that of the first
@@ -267,7 +274,7 @@ typedef struct {
 } tx_trim;
 
 void tx_trim_step(tx_trim *trim, const tx_begin *begin, tx_number trim_um, bool in_fault,
-                  tx_number cycle_s, tx_number largest_um, tx_number longest_s);
+                  tx_number largest_um, tx_number longest_s);
 
 /* The correction of one output: what is asked for and the trim, within the total limit, as fast as
  * the rate allows and never faster. A goal stays until another one differs by more than the

@@ -37,6 +37,7 @@ def phases_of(plant: SimulatedPlant) -> tuple[tuple[str, Phase], ...]:
         ("other compensation", _other_compensation),
         ("read-back", _read_back),
         ("cycle times", _cycle_times),
+        ("gaps", _gaps),
         ("offset at the start", _found),
         ("odd temperatures", _odd_values),
         ("warm-up", _warm_up),
@@ -170,12 +171,24 @@ def _read_back(plant: SimulatedPlant) -> Steps:
 def _cycle_times(plant: SimulatedPlant) -> Steps:
     """Be called too late, too early, at the borders, and with no number."""
     yield from _active(plant)
-    for factor in (2.0, 0.5, 1.09, 0.91, 1.11, 0.89, 0.0, -1.0, *ODD[:4]):
+    for factor in (1.99, 0.5, 1.09, 0.91, 1.11, 0.89, 0.0, -1.0, ODD[0], ODD[2]):
         yield plant.step(cycle_time_s=factor * plant.cycle_s)
         yield plant.step()
     wrong = 1.5 * plant.cycle_s
     yield from plant.stay(plant.beyond(plant.rules.input_timeout_s), cycle_time_s=wrong)
     yield from plant.stay(plant.ready_s())
+
+
+def _gaps(plant: SimulatedPlant) -> Steps:
+    """Be called after longer than the model bridges: cooled down, and with a channel lost."""
+    yield from _active(plant)
+    channels = len(plant.base_c)
+    for seconds, ok in ((1.5 * plant.model.longest_gap_s, True), (ODD[1], False)):
+        plant.now_c = [c - 0.25 for c in plant.now_c]
+        yield plant.step(cycle_time_s=seconds, ok=(*(True,) * (channels - 1), ok))
+        yield from plant.stay(plant.ready_s())
+        yield plant.step(enable=False)
+        yield from plant.calls(2)
 
 
 def _found(plant: SimulatedPlant) -> Steps:

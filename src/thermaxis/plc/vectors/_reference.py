@@ -7,7 +7,9 @@ from functools import cache
 from typing import Any, NamedTuple, TypeAlias, cast, final
 
 from thermaxis.compensation import (
+    LONGEST_STEP_CYCLES,
     Answer,
+    Compensation,
     CycleOutput,
     CycleReading,
     Outcome,
@@ -33,6 +35,7 @@ Cell: TypeAlias = float | bool | int
 _Floats = tuple[float, ...]
 _RISING = "rising"
 _CALLS = 32_768
+_LARGEST_GAP_S = 1e9
 _ENUMERATIONS = (SupervisorState, Reason, Outcome, SampleQuality, Quality)
 # By member, not by its word: two enumerations may share one.
 _PLACES = {id(member): k for one in _ENUMERATIONS for k, member in enumerate(one)}
@@ -72,9 +75,8 @@ class PlcInputs(NamedTuple):
     """What the machine reports as the offset that was written last, by output. [µm]"""
     read_ok: bool
     """Whether that could be read."""
-    restart: bool = False
-    """No input of the block: whether the PLC was switched off and on before this call, so that
-    nothing of the block's memory is left."""
+    init: bool = False
+    """Whether the PLC was switched on before this call: nothing of the block's memory counts."""
 
 
 class PlcOutputs(NamedTuple):
@@ -109,6 +111,8 @@ class PlcOutputs(NamedTuple):
     stood there was taken over."""
     settled: bool
     """Whether every correction is what the model asks for, as `CycleOutput.settled` says."""
+    standing: bool
+    """Whether it is Off, and an offset stands that nobody commands."""
     fault_word: int
     """Sum of 2**k over the reasons, k the place in `Reason`. [1]"""
     model_quality: int
@@ -157,7 +161,6 @@ def by_variable(names: PlcNames, values: PlcInputs | PlcOutputs) -> dict[str, Ce
         made.update(
             [(variable, value)] if isinstance(variable, str) else zip(variable, value, strict=True)
         )
-    made.pop("restart", None)
     return made
 
 
@@ -201,6 +204,7 @@ class CycleBlock:
         count = len(self._outputs)
         self._state = cycle_state(self.settings.compensation)
         self._good_calls = self._calls = 0
+        self._gaps_s = 0.0
         self._waiting, self._linked = True, False
         self._levels = (False, False, False)
         self._trims: _Floats = (0.0,) * count
@@ -225,7 +229,7 @@ class CycleBlock:
         line = self._line
         if line is None:
             return self._beside_others(inputs)
-        if inputs.restart:
+        if inputs.init:
             self._switch_on()
         told = _line_inputs(line, inputs.read_um)
         away_um = _away_um(line, tuple(told.values()), self._written)
@@ -267,27 +271,33 @@ class CycleBlock:
 
     def call(self, inputs: PlcInputs) -> PlcOutputs:
         """Do one call with numbers that the target holds, without line and without others."""
-        if inputs.restart:
+        if inputs.init:
             self._switch_on()
-        settings = self.settings
-        time_s = math.nan
+        settings, compensation = self.settings, self.settings.compensation
         ends_s = (settings.shortest_cycle_s, settings.longest_cycle_s)
         shortest_s, longest_s = (rounded(s, double=settings.double) for s in ends_s)
-        if shortest_s <= inputs.cycle_time_s <= longest_s:
-            self._good_calls += 1
-            time_s = settings.cycle_s * self._good_calls
+        gap = self._good_calls > 0 and inputs.cycle_time_s > compensation.model.longest_gap_s
+        in_time = shortest_s <= inputs.cycle_time_s <= longest_s
+        if gap:
+            self._gaps_s += min(inputs.cycle_time_s, _LARGEST_GAP_S)
+            # After a gap the block moves by no more than in any other call.
+            compensation = _with_limits(
+                compensation, {"largest_rate_um_per_s": 1.0 / LONGEST_STEP_CYCLES}
+            )
+        self._good_calls += in_time
+        time_s = settings.cycle_s * self._good_calls + self._gaps_s
         read = tuple(u if inputs.read_ok else None for u in inputs.read_um)
         if self._calls == 0:
             self._levels = inputs.reset, inputs.enable, inputs.hold
         off = self._state.memory.state is SupervisorState.OFF
         there = inputs.connected and inputs.read_ok
         there = there and all(abs(u) <= LARGEST_READ for u in inputs.read_um)
-        self._waiting = self._waiting or off or not inputs.connected
+        self._waiting = self._waiting or off or gap or not inputs.connected
         found, self._waiting = self._waiting and there, self._waiting and not there
         self._linked = inputs.connected and not self._waiting
         samples = zip(inputs.temperatures_c, inputs.ok, strict=True)
         reading = CycleReading(
-            time_s,
+            time_s if in_time or gap else math.nan,
             tuple(Sample(value, good, 0.0) for value, good in samples),
             interlocks=(inputs.interlocks_met,),
             connected=self._linked,
@@ -297,7 +307,7 @@ class CycleBlock:
             requests=tuple(self._requests(inputs)),
         )
         self._calls += 1
-        self._state, output = cycle(settings.compensation, self._state, reading)
+        self._state, output = cycle(compensation, self._state, reading)
         self._before, self.cycle_output = output.before_um, output
         return self._as_block(output)
 
@@ -336,12 +346,18 @@ class CycleBlock:
             memory.held,
             self._linked,
             output.settled,
+            self._standing(output),
             sum(2 ** _PLACES[id(reason)] for reason in output.reasons),
             _PLACES[id(output.quality)],
             sum(2 ** _PLACES[id(outcome)] for outcome in output.outcomes),
             any(map(_refused, output.answers)),
             self._calls % _CALLS,
         )
+
+    def _standing(self, output: CycleOutput) -> bool:
+        tolerance_um = self.settings.compensation.supervisor.read_back_tolerance_um
+        off = output.state is SupervisorState.OFF
+        return off and any(abs(c) > tolerance_um for c in output.correction_um)
 
 
 def _refused(answer: Answer) -> bool:
@@ -376,17 +392,19 @@ def block_beside_others(settings: PlcSettings, line: LineSettings | None = None)
         bands = [{"deadband_um": 1.0 + share} for share in (-_BAND_SHARE, _BAND_SHARE)]
         has_band = any(bounds.deadband_um for bounds in settings.compensation.bounds)
         some = [*rates, *(bands if has_band else [])]
-        block.beside(CycleBlock(_with_limits(settings, changes)) for changes in some)
+        block.beside(
+            CycleBlock(replace(settings, compensation=_with_limits(settings.compensation, changes)))
+            for changes in some
+        )
     return block
 
 
-def _with_limits(settings: PlcSettings, times: Mapping[str, float]) -> PlcSettings:
-    compensation = settings.compensation
+def _with_limits(compensation: Compensation, times: Mapping[str, float]) -> Compensation:
     limits = {
         name: replace(one, **{key: share * getattr(one, key) for key, share in times.items()})
         for name, one in compensation.limits.items()
     }
-    return replace(settings, compensation=replace(compensation, limits=limits))
+    return replace(compensation, limits=limits)
 
 
 def _near(one: PlcOutputs, other: PlcOutputs) -> bool:

@@ -82,7 +82,7 @@ class SimulatedPlant:
         self.goal_c = list(self.base_c)
         self.now_c = list(self.base_c)
         self.noise_c = 0.0
-        self.restart = False
+        self.init = False
         self.calls_left = 0
         self.alive = self._up = False
         self._stood = 0
@@ -127,9 +127,9 @@ class SimulatedPlant:
         inputs = self.usual._replace(
             temperatures_c=tuple([self._seen(t) for t in self.now_c]),
             read_um=self._reported(),
-            restart=self.restart,
+            init=self.init,
         )
-        self.restart = False
+        self.init = False
         inputs = inputs._replace(**different)
         outputs = self._block.step(inputs)
         if outputs.linked and outputs.state != _OFF:
@@ -154,7 +154,7 @@ class SimulatedPlant:
 
     def again(self, offset_um: tuple[float, ...] | None = None) -> None:
         """Begin with a new instance: nothing moves, and an offset stands in the control."""
-        self.restart, self._new = not self._new or self.restart, False
+        self.init, self._new = not self._new or self.init, False
         self.usual = self._first
         self.noise_c = 0.0
         self.alive, self._stood = False, 0

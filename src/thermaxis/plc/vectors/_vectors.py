@@ -131,8 +131,8 @@ def vectors_of(
     missing = seen.missing()
     lines = [
         *(f"# {text}" for text in _head(settings, line, calls, (*missing,), (*cuts,))),
-        ",".join(["call", "calls", "restart", "compare", *(v.name for v in variables)]),
-        "# unit," + ",".join(["1", "BOOL", "BOOL", *map(_unit, variables)]),
+        ",".join(["call", "calls", "compare", *(v.name for v in variables)]),
+        "# unit," + ",".join(["1", "BOOL", *map(_unit, variables)]),
         *rows,
     ]
     return Vectors("\n".join([*lines, ""]), len(rows), calls, missing, tuple(cuts))
@@ -161,7 +161,7 @@ class _Run(NamedTuple):
 def _runs(made: Iterable[_Call]) -> Iterator[_Run]:
     run: _Run | None = None
     for call in made:
-        if run is not None and not call.inputs.restart and _same(run, call):
+        if run is not None and _same(run, call):
             run = _Run(run.first, run.calls + 1, call)
             continue
         if run is not None:
@@ -172,13 +172,12 @@ def _runs(made: Iterable[_Call]) -> Iterator[_Run]:
 
 
 def _same(run: _Run, call: _Call) -> bool:
-    """Return whether a call belongs to a run: a restart is of its first call only."""
-    first = run.first
+    """Return whether a call belongs to a run."""
     return (
         words_of(run.last.outputs) == words_of(call.outputs)
         and run.last.judged == call.judged
         and run.last.line.get(_LIMITED) == call.line.get(_LIMITED)
-        and repr(first.inputs._replace(restart=False)) == repr(call.inputs)
+        and repr(run.first.inputs) == repr(call.inputs)
     )
 
 
@@ -223,7 +222,7 @@ class _Seen:
             if at_limit:
                 self._limits.add((k, wanted_um > 0.0))
         for name, told in (
-            ("a restart", inputs.restart),
+            ("a restart", inputs.init),
             ("a request that is refused", outputs.refused),
             ("another compensation", inputs.other_compensation),
             ("a weight below 1", min(outputs.weight) < 1.0),
@@ -235,7 +234,7 @@ class _Seen:
 
     def _expired(self, run: _Run) -> bool:
         trims = run.first.inputs.trims_um
-        if repr(trims) != repr(self._trims) or run.first.inputs.restart:
+        if repr(trims) != repr(self._trims) or run.first.inputs.init:
             self._trims, self._trimmed_calls = trims, 0
             self._accepted = any(trims) and not run.first.outputs.refused
         self._trimmed_calls += run.calls
@@ -308,7 +307,6 @@ def _row(settings: PlcSettings, run: _Run, variables: Iterable[Variable], *, fir
     cells = [
         first,
         run.calls,
-        run.first.inputs.restart,
         last.judged,
         *(values[v.name] for v in variables),
     ]
@@ -347,10 +345,10 @@ def _head(
     yield from (f"not in the rows: {text}" for text in missing)
     yield "call: number of the first call of the row"
     yield "calls: how often the block is called with these inputs - the outputs are after the last"
-    yield "restart 1: a new instance of the block begins with the first call of the row"
+    yield "init 1: the block begins anew, as after power-on"
     yield "compare 0: leave the row out - a rounding may move a change of state by a call here"
     yield "BOOL is 0 or 1 - NaN and +Inf and -Inf are such numbers"
-    yield "a PLC that cannot make them in an input leaves out the rows up to the next restart"
+    yield "a PLC that cannot make them in an input leaves out the rows up to the next init"
     yield "the outputs are those of the cycle that runs on the computer - in binary64"
     if settings.double:
         yield "compare with equality - a zero has no sign"

@@ -1,0 +1,168 @@
+"""What a machine does to a block in a PLC: power off with retained data, stops, old offsets.
+
+The numbers are those of the same scenarios on the computer, in `test_left_and_taken_up`.
+"""
+
+from typing import Any
+
+import pytest
+
+from tests.unit.compensation import bench
+from tests.unit.plc.compiled import Compiled
+from tests.unit.plc.plc_scenarios import quiet_inputs
+from thermaxis.compensation import (
+    SETTLED_UM,
+    Compensation,
+    Limits,
+    Outcome,
+    Part,
+    Section,
+    SupervisorState,
+)
+from thermaxis.plc import Block, export_settings
+
+RATE_UM_PER_S = 0.3
+LIMITS = Limits(150.0, RATE_UM_PER_S)
+HOUR_S = 3600.0
+OFF, WARMING, ACTIVE, HOLDING = (
+    list(SupervisorState).index(SupervisorState(name))
+    for name in ("Off", "Warming", "Active", "Holding")
+)
+GAP, CLOCK = (2 ** list(Outcome).index(one) for one in (Outcome.GAP, Outcome.CLOCK_UNUSABLE))
+PLAIN = Part("s", "s", "", 14.0)
+SLOW = Part("s", "s", "", 0.0, (Section(15.0, 3.0 * HOUR_S),))
+
+
+class Rig:
+    """A block in a warm machine; the control reports what was written. It may be switched off."""
+
+    def __init__(self, compensation: Compensation, warm_k: float, language: str) -> None:
+        self.settings = export_settings(compensation, cycle_s=1.0, name="axis")
+        self.block = Compiled(Block(settings=self.settings), language=language)
+        self.warmth_k, self.offset_um = warm_k, 0.0
+        self.step(enable=False)
+        while not self.block.settled:
+            self.step()
+
+    def step(self, **told: Any) -> Compiled:
+        before_um = self.offset_um
+        quiet = quiet_inputs(self.settings, [20.0 + self.warmth_k], (before_um,))
+        self.block.tell(quiet | {"init": False} | told)
+        if self.block.linked and self.block.state != OFF:
+            self.offset_um = self.block.correction_z_um
+            most_um = RATE_UM_PER_S + 1e-9
+            assert abs(self.offset_um - before_um) <= most_um, "no call moves more than the rate"
+        assert not self.block.settled or self.block.to_go_z_um <= SETTLED_UM
+        return self.block
+
+    def steps(self, count: int, **told: Any) -> None:
+        for _ in range(count):
+            self.step(**told)
+
+    def until_settled(self) -> float:
+        """Return for how long the error is above 1 um from now on until it has settled. [s]"""
+        left_s = 0.0
+        while not self.step().settled:
+            left_s += self.block.to_go_z_um > SETTLED_UM
+        return left_s
+
+
+both = pytest.mark.parametrize("language", ["st", "c"])
+
+
+def weekend(language: str) -> Rig:
+    """Return a machine that was warm on Friday, with retained data, and is cold on Monday."""
+    rig = Rig(bench.lathe(LIMITS, SLOW, longest_gap_s=HOUR_S), 7.5, language)
+    rig.until_settled()
+    rig.steps(10)
+    assert rig.offset_um == pytest.approx(-112.5)
+    rig.warmth_k = 2.6 / 15.0
+    return rig
+
+
+@both
+@pytest.mark.parametrize("stands_um", [-112.5, 0.0])
+def test_in_the_first_scan_after_a_weekend_it_begins_anew_and_waits_for_somebody_to_enable_it(
+    language: str, stands_um: float
+) -> None:
+    rig = weekend(language)
+    rig.offset_um = stands_um
+    said = rig.step(init=True)
+    assert (said.state, said.enabled, said.heartbeat) == (OFF, False, 1)
+    assert said.wanted_z_um == pytest.approx(-2.6), "not the -112.5 um of Friday"
+    assert (said.correction_z_um, said.standing) == (stands_um, stands_um != 0.0)
+    rig.steps(100)
+    assert (said.state, rig.offset_um) == (OFF, stands_um), "a level asks for nothing"
+    rig.step(enable=False)
+    away_um = []
+    while not rig.step().settled:
+        away_um.append(abs(said.correction_z_um + 2.6))
+    assert away_um == sorted(away_um, reverse=True), "it goes there straight"
+    rig.steps(10)
+    assert (said.state, rig.offset_um) == (ACTIVE, pytest.approx(-2.6))
+
+
+@both
+@pytest.mark.parametrize("stands_um", [-112.5, 0.0])
+def test_without_a_first_scan_it_finds_the_gap_itself_as_the_cycle_does(
+    language: str, stands_um: float
+) -> None:
+    rig = weekend(language)
+    rig.offset_um = stands_um
+    said = rig.step(cycle_time_s=64 * HOUR_S)
+    assert said.outcome_word == GAP
+    assert (said.state, said.enabled) == (HOLDING, True)
+    assert said.wanted_z_um == pytest.approx(-2.6)
+    assert said.correction_z_um == pytest.approx(stands_um), "what was read is taken over"
+    settle_s = rig.settings.compensation.supervisor.settle_s
+    assert rig.until_settled() <= settle_s + abs(stands_um + 2.6) / RATE_UM_PER_S + 1.0
+    rig.steps(10)
+    assert rig.offset_um == pytest.approx(-2.6)
+
+
+@both
+def test_a_shorter_time_without_a_call_is_no_gap_and_advances_nothing(language: str) -> None:
+    rig = weekend(language)
+    said = rig.step(cycle_time_s=HOUR_S)
+    assert said.outcome_word == CLOCK
+    assert said.wanted_z_um == pytest.approx(-112.5)
+
+
+@both
+def test_an_offset_of_yesterday_that_nobody_commands_is_told_until_it_is_gone(
+    language: str,
+) -> None:
+    rig = Rig(bench.lathe(LIMITS, PLAIN), 5.0, language)
+    rig.offset_um = -40.0
+    said = rig.step(init=True)
+    rig.steps(300)
+    assert (said.state, said.standing, rig.offset_um) == (OFF, True, -40.0)
+    rig.offset_um = -0.5
+    assert not rig.step().standing, "no more than the tolerance of the read-back"
+    rig.offset_um = -40.0
+    assert rig.step(enable=False).standing
+    assert not rig.step().standing, "somebody commands it"
+    assert said.state == WARMING
+
+
+@both
+@pytest.mark.parametrize(("hold_s", "stands_um", "left_s"), [(0.0, 0.0, 231), (600.0, -70.0, 0)])
+def test_after_an_emergency_stop_it_has_not_settled_until_it_is_back(
+    language: str, hold_s: float, stands_um: float, left_s: float
+) -> None:
+    rig = Rig(bench.lathe(LIMITS, PLAIN, hold_interlock_s=hold_s), 5.0, language)
+    rig.steps(10)
+    for _ in range(300):
+        assert not rig.step(interlocks_met=False).settled
+    assert rig.offset_um == pytest.approx(stands_um, abs=1e-9)
+    assert rig.until_settled() == pytest.approx(left_s, abs=2.0)
+
+
+@both
+def test_a_hold_at_an_emergency_stop_ends_and_fades(language: str) -> None:
+    rig = Rig(bench.lathe(LIMITS, PLAIN, hold_interlock_s=600.0), 5.0, language)
+    rig.steps(10)
+    rig.steps(600, interlocks_met=False)
+    assert (rig.block.state, rig.offset_um) == (HOLDING, pytest.approx(-70.0))
+    rig.steps(1 + 240, interlocks_met=False)
+    assert (rig.block.state, rig.offset_um) == (WARMING, 0.0)
