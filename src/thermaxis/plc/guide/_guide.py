@@ -19,7 +19,7 @@ from thermaxis.plc._line import LineSettings, line_bounds
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._numbers import figure, outward_text
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
-from thermaxis.plc._texts import paragraphs, remark_of, text
+from thermaxis.plc._texts import page, paragraphs, remark_of, text
 from thermaxis.plc._warnings import restart_warning, setting_warnings
 from thermaxis.plc.guide._losses import losses_text
 from thermaxis.plc.guide._report import NOT_CHECKED_BY_SIEMENS, TEMPCOMP, Target
@@ -87,7 +87,7 @@ def guide_text(settings: PlcSettings, block: Block, facts: GuideFacts) -> str:
         ("## 4. Use the outputs", _outputs(settings, block, facts)),
         ("## 5. Check the numbers without the machine", _vectors(settings, facts)),
         ("## 6. First correction", _first(settings, facts)),
-        ("## 7. Switch off", _off(settings)),
+        ("## 7. Switch off and on", _off(settings, facts)),
     ]
     if facts.line is not None:
         sections.append(("## 8. The side of the control", _control(settings, facts.line)))
@@ -178,6 +178,10 @@ def _call(settings: PlcSettings, variant: str) -> Iterator[str]:
     yield text("cycle_time", cycle=cycle, percent=percent)
     yield f"A way to measure it: {text(f'measured_{variant}')}."
     yield text("cycle_time_constant", cycle=cycle)
+    yield ""
+    yield text("first_scan", gap_s=figure(settings.compensation.model.longest_gap_s))
+    yield ""
+    yield from page(f"start_{variant}", block=settings.names.block)
 
 
 def _inputs(settings: PlcSettings, block: Block, facts: GuideFacts) -> Iterator[str]:
@@ -308,10 +312,16 @@ def _numbers() -> Iterator[str]:
             yield f"| {k} | {sentence(f'quality-{quality}')} |"
 
 
-def _off(settings: PlcSettings) -> Iterator[str]:
+def _off(settings: PlcSettings, facts: GuideFacts) -> Iterator[str]:
     longest_s = max(b.total_um / b.largest_rate_um_per_s for b in settings.compensation.bounds)
     yield text("off", longest_s=figure(longest_s))
     yield text("restart")
+    yield ""
+    yield text(
+        "standing",
+        tolerance_um=figure(settings.compensation.supervisor.read_back_tolerance_um),
+        to_zero=text("zero_axis" if facts.line is None else "zero_line"),
+    )
     warning = restart_warning(settings)
     if warning:
         yield ""

@@ -26,6 +26,7 @@ def losses_text(settings: PlcSettings) -> Iterator[str]:
         **_figures(asdict(rules)),
         bridged=bridged if timeout_s < cycle_s else "",
         bridged_and_held_s=figure(timeout_s + rules.hold_input_s),
+        gap_s=figure(model.longest_gap_s),
         longest_hold_s=figure(model.longest_hold_s),
         heals=f"by itself, once everything is there for {figure(rules.recovery_delay_s)} s",
         percent=round(100 * CYCLE_TOLERANCE),

@@ -362,8 +362,8 @@ static void count_times(tx_supervisor *s, const tx_supervisor_rules *rules, tx_n
     s->input_lost_s = counted(s->input_lost_s, !signals->inputs_ok, elapsed_s, rules->lost_input_s);
     s->connection_lost_s
         = counted(s->connection_lost_s, !signals->linked, elapsed_s, rules->hold_connection_s);
-    s->interlock_open_s
-        = counted(s->interlock_open_s, !signals->interlocks_met, elapsed_s, rules->hold_interlock_s);
+    s->interlock_open_s = counted(s->interlock_open_s, !signals->interlocks_met, elapsed_s,
+                                  rules->hold_interlock_s);
     s->held_s = counted(s->held_s, requests->held, elapsed_s, rules->hold_operator_s);
     s->differs_s = counted_from_two(s->differs_s, differs, elapsed_s, rules->read_back_s);
     s->at_limit_s = counted_from_two(s->at_limit_s, at_limit, elapsed_s, rules->at_limit_s);

@@ -4,8 +4,8 @@
  * stands in the model block, which calls these functions once per cycle. Temperatures degC,
  * differences K, displacements and corrections um, times s. No allocation, no library.
  *
- * A struct that is kept over power-off begins anew by its input init. Compile with -ffp-contract=off. The conditions
- * are written so that a NaN never passes as plausible.
+ * A struct that is kept over power-off begins anew by its input init. Compile with
+ * -ffp-contract=off. The conditions are written so that a NaN never passes as plausible.
  */
 #ifndef THERMAXIS_LIB_H
 #define THERMAXIS_LIB_H
