@@ -147,7 +147,8 @@ def wide(model: CompensationModel, *, double: bool) -> PlcSettings:
 
 def inputs_of(settings: PlcSettings, told: Mapping[str, Any]) -> PlcInputs:
     """Return the inputs of a call that are stated by the names of the block."""
-    names = variable_names(settings.names, PlcInputs._fields[:-1]).values()
+    told = {"init": False, **told}
+    names = variable_names(settings.names, PlcInputs._fields).values()
     return PlcInputs(*(told[n] if isinstance(n, str) else tuple(told[k] for k in n) for n in names))
 
 
@@ -259,6 +260,7 @@ def quiet_inputs(
 ) -> dict[str, Any]:
     """Return what the block is told where everything is well and it is enabled."""
     told: dict[str, Any] = {
+        "init": False,
         "cycle_time_s": settings.cycle_s,
         "enable": True,
         "hold": False,

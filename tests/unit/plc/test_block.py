@@ -714,6 +714,54 @@ def test_after_a_fault_is_acknowledged_the_read_back_may_differ_for_its_time_aga
     assert {output.state for output in said[25:]} == {SupervisorState.OFF}  # and no new fault
 
 
+# ---- a start and a gap --------------------------------------------------------------------------
+
+
+def begun_anew() -> Stated:
+    """It begins anew after long losses that go on, and in a call that comes at a wrong time."""
+    settings = slow_settings()
+    rules = replace(
+        settings.compensation.supervisor, settle_s=5.0, hold_interlock_s=20.0, hold_input_s=20.0
+    )
+    rows: list[dict[str, Any]] = [{}] * 40
+    for lost in ({"interlocks_met": False}, {"ok_spindle": False}):
+        rows += [*[lost] * 60, lost | {"init": True, "enable": False}, *[lost] * 10, *[{}] * 20]
+    late = {"cycle_time_s": 5.0}
+    rows += [late | {"init": True, "enable": False}, late, *[{}] * 20]
+    changed = replace(settings.compensation, supervisor=rules)
+    return replace(settings, compensation=changed), rows, [25.0]
+
+
+def called_after_gaps() -> Stated:
+    """It is called at the borders of a cycle and of a gap, and with a trim for a shift."""
+    settings = slow_settings()
+    gap_s = settings.compensation.model.longest_gap_s
+    times_s = [settings.shortest_cycle_s, settings.longest_cycle_s, gap_s, 2.0 * gap_s, 2.0 * gap_s]
+    rows: list[dict[str, Any]] = [{}] * 5
+    for time_s in (*times_s, math.inf):
+        rows += [{"cycle_time_s": time_s}, *[{}] * 10]
+    return (
+        settings,
+        [row | {"trim_z_um": 3.0 * (call > 1)} for call, row in enumerate(rows)],
+        [25.0],
+    )
+
+
+def test_a_block_that_begins_anew_has_lost_nothing_yet() -> None:
+    said = side_by_side(*begun_anew())
+    anew = [call for call, row in enumerate(begun_anew()[1]) if row.get("init")]
+    assert [said[call].state for call in anew] == [SupervisorState.OFF] * 3
+    assert [said[call + 1].state for call in anew] == [SupervisorState.WARMING] * 3
+    assert Reason.SETTLING in said[anew[2] + 1].reasons
+
+
+def test_a_gap_is_longer_than_the_longest_gap_and_a_trim_expires_by_it() -> None:
+    said = side_by_side(*called_after_gaps())
+    gaps = [call for call, output in enumerate(said) if Outcome.GAP in output.outcomes]
+    assert gaps == [38, 49, 60]
+    assert [said[call].trim_um[0] for call in gaps] == [3.0, 3.0, 0.0]
+
+
 def every_stated() -> list[Stated]:
     """Return the rows that are stated call by call, for the mutants of the library."""
     reset = with_read_back(reset_in_every_state())
@@ -723,6 +771,8 @@ def every_stated() -> list[Stated]:
         found_outside(),
         opened_at_zero(),
         acknowledged_while_it_differs(),
+        begun_anew(),
+        called_after_gaps(),
         (slow_settings(), LOST_AND_FOUND, [20.0]),
         (slow_settings(), reset, [20.0]),
     ]

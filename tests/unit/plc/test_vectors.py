@@ -35,7 +35,7 @@ def replayed(settings: PlcSettings, row: dict[str, str], block: Compiled) -> Plc
     """Call the exported block as the row says, from its text alone."""
     kinds = {v.name: v.kind for v in interface_of(settings).inputs}
     told = {n: float(row[n]) if kinds[n] is Kind.NUMBER else row[n] == "1" for n in kinds}
-    inputs = inputs_of(settings, told)._replace(init=told["init"] == 1.0)
+    inputs = inputs_of(settings, told)
     for _ in range(int(row["calls"])):
         said = block.step(inputs)
     return said
