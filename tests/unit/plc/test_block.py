@@ -725,7 +725,7 @@ def begun_anew() -> Stated:
     )
     rows: list[dict[str, Any]] = [{}] * 40
     for lost in ({"interlocks_met": False}, {"ok_spindle": False}):
-        rows += [*[lost] * 60, lost | {"init": True, "enable": False}, *[lost] * 10, *[{}] * 20]
+        rows += [*[lost] * 30, lost | {"init": True, "enable": False}, *[lost] * 10, *[{}] * 20]
     late = {"cycle_time_s": 5.0}
     rows += [late | {"init": True, "enable": False}, late, *[{}] * 20]
     changed = replace(settings.compensation, supervisor=rules)
