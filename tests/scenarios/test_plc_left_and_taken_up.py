@@ -3,19 +3,24 @@
 The numbers are those of the same scenarios on the computer, in `test_left_and_taken_up`.
 """
 
+import math
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
+from tests.scenarios.test_left_and_taken_up import first_frozen_s, flickers, hall
 from tests.unit.compensation import bench
 from tests.unit.plc.compiled import Compiled
 from tests.unit.plc.plc_scenarios import quiet_inputs
 from thermaxis.compensation import (
+    LONGEST_REST,
     SETTLED_UM,
     Compensation,
     Limits,
     Outcome,
     Part,
+    SampleQuality,
     Section,
     SupervisorState,
 )
@@ -166,3 +171,46 @@ def test_a_hold_at_an_emergency_stop_ends_and_fades(language: str) -> None:
     assert (rig.block.state, rig.offset_um) == (HOLDING, pytest.approx(-70.0))
     rig.steps(1 + 240, interlocks_met=False)
     assert (rig.block.state, rig.offset_um) == (WARMING, 0.0)
+
+
+# ---- a sensor of 0.1 K in an air-conditioned hall ----------------------------------------------
+
+
+def warms(hour: float) -> float:
+    return round(20.0 + 1.0 * max(0.0, hour - 2.0), 1)
+
+
+def controlled(hour: float) -> float:
+    return round(20.0 + 0.3 * math.sin(2.0 * math.pi * 3.0 * hour), 1)
+
+
+def lost(hour: float) -> float:
+    return flickers(hour) if hour < 6.0 else math.nan
+
+
+@both
+@pytest.mark.parametrize(
+    ("room_c", "witness"),
+    [
+        (controlled, {}),
+        *((air, {"moves_with": "room", "rests_k": 0.8}) for air in (controlled, warms, lost)),
+    ],
+)
+def test_a_column_that_stands_is_called_frozen_when_the_cycle_calls_it_so(
+    language: str, room_c: Callable[[float], float], witness: dict[str, Any]
+) -> None:
+    compensation = hall(**witness)
+    settings = export_settings(compensation, cycle_s=60.0, name="hall")
+    block = Compiled(Block(settings=settings), language=language)
+    frozen = list(SampleQuality).index(SampleQuality.FROZEN)
+    found_s = math.inf
+    for i in range(26 * 60):
+        temperatures = [25.0 + 0.1 * (i % 2), 20.0, room_c(i / 60.0)][: len(compensation.judged)]
+        block.tell(quiet_inputs(settings, temperatures, (0.0,)) | {"enable": False})
+        assert block.quality_s == 0
+        if block.quality_c == frozen:
+            found_s = 60.0 * i
+            break
+    assert found_s == first_frozen_s(compensation, room_c, 26.0)
+    longest_s = compensation.sensors["c"].frozen_s * (LONGEST_REST if witness else 1.0)
+    assert found_s <= longest_s + 60.0

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias, final
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from thermaxis.codes import Place
-from thermaxis.compensation import STATED, Part
+from thermaxis.compensation import STATED, WITNESS_S, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._head import head_of, wrapped
 from thermaxis.plc._interface import Interface, interface_of, model_only_interface
@@ -188,6 +188,7 @@ class Block:
         settings, line = self.settings, self.line
         compensation = settings.compensation
         rules, text = compensation.supervisor, _number_texts(settings)
+        sensors = _sensors(settings, text)
         made: dict[str, Any] = {
             "name": settings.names.block,
             "head": [
@@ -200,7 +201,9 @@ class Block:
             "library_version": LIBRARY_VERSION,
             "face": self.interface,
             "model_only": self.model_only,
-            "channels": _channels(settings, text),
+            "channels": sensors[: len(compensation.model.channels)],
+            "sensors": sensors,
+            "later": any(s["w"] > s["k"] for s in sensors),
             "cycle_s": text(settings.cycle_s, "cycle_s"),
             "shortest_s": text(settings.shortest_cycle_s, "cycle_s"),
             "longest_s": text(settings.longest_cycle_s, "cycle_s"),
@@ -229,8 +232,9 @@ def _number_texts(settings: PlcSettings) -> _Text:
     return text
 
 
-def _channels(settings: PlcSettings, text: _Text) -> _Items:
-    model, rules = settings.compensation.model, settings.compensation.rules
+def _sensors(settings: PlcSettings, text: _Text) -> _Items:
+    compensation = settings.compensation
+    model, rules = compensation.model, compensation.rules
     return [
         {
             "k": k,
@@ -242,9 +246,19 @@ def _channels(settings: PlcSettings, text: _Text) -> _Items:
             "step_k": text(rule.step_k, "step_k", channel),
             "rate_k_per_s": text(rule.largest_rate_k_per_s, "largest_rate_k_per_s", channel),
             "frozen_s": text(rule.frozen_s, "frozen_s", channel),
+            "rests_k": text(rule.rests_k, "rests_k", channel),
+            "w": w + 1,
+            "lately_s": text(min(WITNESS_S, rules[w].frozen_s), "frozen_s", channel),
         }
-        for k, (stem, channel, rule) in enumerate(
-            zip(settings.names.channels, model.channels, rules, strict=True), 1
+        for k, (stem, channel, rule, w) in enumerate(
+            zip(
+                settings.names.channels,
+                compensation.judged,
+                rules,
+                compensation.witnesses,
+                strict=True,
+            ),
+            1,
         )
     ]
 

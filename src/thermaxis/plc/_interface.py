@@ -99,11 +99,12 @@ def interface_of(settings: PlcSettings, line: LineSettings | None = None) -> Int
 
 def model_only_interface(settings: PlcSettings) -> Interface:
     """Return inputs and outputs of the block of a model with limits and rate alone."""
-    gained = bool(settings.compensation.model.layout.gained)
+    model = settings.compensation.model
+    gained, count = bool(model.layout.gained), len(model.channels)
     inputs = [
         _bool("enable", "the correction follows the model, else it goes to zero at the rate"),
         _bool("start", "start the model anew, with these temperatures"),
-        *(_number(f"t_{stem}", text, "degC") for stem, text in _channels(settings)),
+        *(_number(f"t_{stem}", text, "degC") for stem, text in _channels(settings)[:count]),
     ]
     if gained:
         inputs.append(_number("diameter_mm", "clamping diameter of the workpiece", "mm"))
@@ -212,7 +213,7 @@ def _identity(settings: PlcSettings) -> Iterator[Variable]:
 
 
 def _channels(settings: PlcSettings) -> list[tuple[str, str]]:
-    channels = settings.compensation.model.channels
+    channels = settings.compensation.judged
     return [(s, remark_text(c)) for s, c in zip(settings.names.channels, channels, strict=True)]
 
 

@@ -74,20 +74,20 @@ class PlcNames:
     block: str
     """Name of the block that a user calls, with its prefix."""
     channels: tuple[str, ...]
-    """By channel of the model, in its order."""
+    """By sensor: the channels of the model in its order, then witnesses besides."""
     outputs: tuple[str, ...]
     """By output."""
     parts: tuple[str, ...]
     """By part, in the order of the outputs."""
 
 
-def names_of(model: CompensationModel, name: str) -> PlcNames:
+def names_of(model: CompensationModel, judged: Iterable[str], name: str) -> PlcNames:
     """Return the names of a program."""
     outputs = _stems([o.name for o in model.outputs], "outputs", _LONGEST_OUTPUT, _TAKEN_STEMS)
     parts = [part.name for output in model.outputs for part in output.parts]
     return PlcNames(
         _block_name(name),
-        _stems(model.channels, "channels", _LONGEST_CHANNEL, ()),
+        _stems(judged, "channels", _LONGEST_CHANNEL, ()),
         outputs,
         _stems(parts, "parts", _LONGEST_PART, ()),
     )

@@ -75,13 +75,13 @@ class PlcSettings:
         model = compensation.model
         if compensation.redundant:
             raise ConfigurationError("no_redundant_in_block", place=Place(key="redundant"))
-        if any(rules.moves_with for rules in compensation.rules):
+        if not self.double and any(rules.moves_with for rules in compensation.rules):
             raise ConfigurationError("no_witness_in_block", place=Place(key="moves_with"))
         if compensation.interlocks != (INTERLOCK,):
             raise ConfigurationError(
                 "one_interlock_in_block", interlock=INTERLOCK, place=Place(key="interlocks")
             )
-        _require_size(model)
+        _require_size(model, len(compensation.judged))
         for part in model.layout.parts:
             _require_delay(part, compensation.cycle_s)
         if model.longest_gap_s < LONGEST_STEP_CYCLES * self.cycle_s:
@@ -90,7 +90,7 @@ class PlcSettings:
             )
         if self.model_sha256 and not _HASH.fullmatch(self.model_sha256):
             raise ConfigurationError("no_sha256", place=Place(key="model_sha256"))
-        object.__setattr__(self, "names", names_of(model, self.name))
+        object.__setattr__(self, "names", names_of(model, compensation.judged, self.name))
         _require_numbers(self)
 
     @property
@@ -140,7 +140,8 @@ def export_settings(
 ) -> PlcSettings:
     """Return what a PLC gets of a compensation.
 
-    The redundant sensors are left out, no sensor moves with another one, the interlocks are one,
+    The redundant sensors are left out, in REAL no sensor moves with another one, the interlocks are
+    one,
     and every delay is the nearest whole number of cycles; `notes` says which were changed.
 
     Parameters
@@ -166,13 +167,14 @@ def export_settings(
     ConfigurationError
         If the cycle is not from 0.1 to 60 s, or as `PlcSettings` says.
     """
+    # In REAL the average of a witness would stand still.
     alone = {
         name: replace(compensation.sensors[name], moves_with="", rests_k=0.0)
         for name in compensation.model.channels
     }
     changed = replace(
         compensation,
-        sensors=alone,
+        sensors=compensation.sensors if double else alone,
         cycle_s=cycle_s,
         redundant=frozenset[str](),
         interlocks=(INTERLOCK,),
@@ -205,13 +207,13 @@ def _in_cycles(part: Part, cycle_s: float, notes: list[Message]) -> Part:
 # ---- checks -------------------------------------------------------------------------------------
 
 
-def _require_size(model: CompensationModel) -> None:
+def _require_size(model: CompensationModel, channels: int) -> None:
     layout = model.layout
     for what, number, most in (
         ("outputs", len(model.outputs), MOST_OUTPUTS),
         ("parts", len(layout.parts), MOST_PARTS),
         ("sections", len(layout.taus_s), MOST_SECTIONS),
-        ("channels", len(model.channels), MOST_CHANNELS),
+        ("channels", channels, MOST_CHANNELS),
     ):
         if number > most:
             raise ConfigurationError(

@@ -28,7 +28,7 @@ def _warnings(settings: PlcSettings) -> Iterator[Message]:
     for output in model.outputs:
         if _never_corrects(output):
             yield Message("warning-never_corrects", {"output": output.name})
-    for channel, rules in zip(model.channels, compensation.rules, strict=True):
+    for channel, rules in zip(compensation.judged, compensation.rules, strict=True):
         if rules.lowest_c <= OPEN_INPUT_C <= rules.highest_c:
             yield Message("warning-open_input_plausible", {"channel": channel})
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from tests.unit.plc.plc_scenarios import DURATIONS, MoodPlant, random_settings
+from tests.unit.plc.plc_scenarios import DURATIONS, MoodPlant, random_settings, with_witness
 from tests.unit.plc.st_to_c import st_as_c
 from thermaxis.plc import (
     Block,
@@ -44,7 +44,7 @@ def demanded_settings(seed: int, *, cycle_s: float, double: bool) -> PlcSettings
     """Return a random model; its rules are quick, quick in cycles, or those of a machine."""
     plain = random_settings(seed, cycle_s=cycle_s, double=double, quick=seed % 3 != 0)
     if seed % 3 != 1:
-        return plain
+        return with_witness(plain, seed)
     rules = plain.compensation.supervisor
     longer = {name: cycle_s * getattr(rules, name) for name in DURATIONS}
     sensors = {
@@ -58,7 +58,7 @@ def demanded_settings(seed: int, *, cycle_s: float, double: bool) -> PlcSettings
         supervisor=replace(rules, **longer),
         sensors=sensors,
     )
-    return replace(plain, compensation=changed)
+    return with_witness(replace(plain, compensation=changed), seed)
 
 
 # ---- records ------------------------------------------------------------------------------------

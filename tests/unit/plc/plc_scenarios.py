@@ -3,6 +3,7 @@
 import math
 import random
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -128,6 +129,22 @@ def random_settings(
         lowest_weight=rng.choice((0.0, 0.25)),
     )
     return export_settings(compensation, cycle_s=cycle_s, name=f"random {seed}", double=double)
+
+
+def with_witness(settings: PlcSettings, seed: int) -> PlcSettings:
+    """Let a sensor move with another one: before it, behind it, or beside the model; or none."""
+    compensation = settings.compensation
+    first, *_, last = (*compensation.model.channels, compensation.model.channels[-1])
+    moved, other = ((first, "air"), (first, last), (last, first), ("", ""))[seed % 4]
+    if not settings.double or moved == other:
+        return settings
+    sensors = dict(compensation.sensors)
+    own = sensors[moved]
+    frozen_s = own.frozen_s or 6.0 * settings.cycle_s
+    sensors[moved] = replace(own, moves_with=other, rests_k=0.02 * (1 + seed), frozen_s=frozen_s)
+    beside = sensors.get(other, own)
+    sensors[other] = replace(beside, frozen_s=beside.frozen_s or 20.0 * settings.cycle_s)
+    return replace(settings, compensation=replace(compensation, sensors=sensors))
 
 
 def paper_model(name: str) -> CompensationModel:

@@ -18,6 +18,7 @@ from tests.unit.plc.plc_scenarios import (
     MoodPlant,
     quiet_inputs,
     random_settings,
+    with_witness,
 )
 from thermaxis.compensation import (
     STATED,
@@ -90,7 +91,7 @@ def some_settings(seed: int, *, double: bool = True) -> PlcSettings:
         limits=limits,
         validity_margin_k=rng.choice((0.7, 5.0)),
     )
-    return replace(plain, compensation=changed)
+    return with_witness(replace(plain, compensation=changed), seed)
 
 
 def number_of(member: StrEnum) -> int:

@@ -85,7 +85,11 @@ def _export_of(arguments: argparse.Namespace) -> Export:
         line,
         files,
         report,
-        (*setting_warnings(settings), *exported.warnings, *_remarks(exported, target, size)),
+        (
+            *setting_warnings(settings),
+            *exported.warnings,
+            *_remarks(exported, target, size, double=settings.double),
+        ),
     )
 
 
@@ -138,12 +142,14 @@ def _name_of(
     return first.name.removesuffix(".json")
 
 
-def _remarks(exported: Exported, target: plc.Target, size: int) -> Iterator[Message]:
+def _remarks(
+    exported: Exported, target: plc.Target, size: int, *, double: bool
+) -> Iterator[Message]:
     if target.variant == "s7-300" and size > LARGEST_S7_300_BYTES:
         yield Message("remark-large_instance", {"size": size})
     if exported.compensation.redundant:
         yield Message("remark-no_redundant_in_block")
-    if any(rules.moves_with for rules in exported.compensation.rules):
+    if not double and any(rules.moves_with for rules in exported.compensation.rules):
         yield Message("remark-no_witness_in_block")
     if len(exported.compensation.interlocks) > 1:
         yield Message("remark-one_interlock", {"interlocks": exported.compensation.interlocks})

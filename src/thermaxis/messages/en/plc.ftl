@@ -13,6 +13,6 @@ warning-model_of_machine = the configuration of the machine is for the model { $
 text-model_with_hash = { $name } ({ $sha256 })
 
 remark-large_instance = the instance data take { $size } bytes, which small CPUs of the S7-300 class have no data block for: choose a longer cycle where delays are long
-remark-no_witness_in_block = the block goes by frozen_s alone: moves_with is left out
+remark-no_witness_in_block = the block in REAL goes by frozen_s alone: moves_with is left out
 remark-no_redundant_in_block = the block has no redundant sensors: choose between two before it
 remark-one_interlock = interlocks_met is one input for { $interlocks }

@@ -20,7 +20,7 @@ def losses_text(settings: PlcSettings) -> Iterator[str]:
         f" call, which lasts {figure(cycle_s)} s"
     )
     outputs = zip(model.outputs, compensation.bounds, settings.steps_um, strict=True)
-    channels = zip(model.channels, compensation.rules, strict=True)
+    channels = zip(compensation.judged, compensation.rules, strict=True)
     return page(
         "losses",
         **_figures(asdict(rules)),

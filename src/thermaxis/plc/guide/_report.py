@@ -133,7 +133,7 @@ def report_of(
         "warnings": [*map(remark_of, warnings), *model.warnings],
         "warning_codes": [*map(message_as_json, warnings)],
         "names": {
-            "channels": dict(zip(model.channels, settings.names.channels, strict=True)),
+            "channels": dict(zip(compensation.judged, settings.names.channels, strict=True)),
             "outputs": dict(
                 zip([o.name for o in model.outputs], settings.names.outputs, strict=True)
             ),
@@ -150,7 +150,7 @@ def report_of(
                 "step_k": rule.step_k,
                 "frozen_s": rule.frozen_s,
             }
-            for channel, rule in zip(model.channels, compensation.rules, strict=True)
+            for channel, rule in zip(compensation.judged, compensation.rules, strict=True)
         },
         "supervisor": {e.name: getattr(rules, e.name) for e in fields(rules) if e.init},
         "validity": {

@@ -16,6 +16,8 @@ static const tx_number one = 1.0F;
 static const tx_number largest_number = (tx_number)1.0E+30; /* more is no temperature */
 static const tx_number largest_offset_um = 1.0E+06F;
 static const tx_number largest_gap_s = (tx_number)1.0E+09;
+static const tx_number witness_s = 3600.0F; /* average of a witness */
+static const tx_number longest_rest = 6.0F; /* times frozen_s, beside a witness */
 static const tx_number largest_unseen_k = 1.0E+06F;
 static const tx_number largest_diameter_mm = 1.0E+05F;
 
@@ -192,6 +194,9 @@ static void sensor_good(tx_sensor *sensor, const tx_begin *begin, tx_number valu
     sensor->quality = 0;
     if (!sensor->known || value_c < sensor->good_c || value_c > sensor->good_c) {
         sensor->still_s = zero;
+        sensor->start_known = sensor->mean_known;
+        sensor->start_c = sensor->mean_c;
+        sensor->gone = false;
     }
     sensor->known = true;
     sensor->good_c = value_c;
@@ -209,7 +214,7 @@ static void sensor_unread(tx_sensor *sensor, int16_t quality, tx_number rate_k)
 }
 
 static void sensor_compared(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_begin *begin,
-                            tx_number value_c, tx_number rate_k)
+                            tx_number value_c, tx_number rate_k, tx_number longest_s)
 {
     tx_number moved_k = value_c - sensor->good_c;
     tx_number most_k = rules->step_k + rate_k;
@@ -217,7 +222,7 @@ static void sensor_compared(tx_sensor *sensor, const tx_sensor_rules *rules, con
         moved_k = -moved_k;
     }
     most_k = most_k + sensor->unseen_k;
-    if (moved_k <= zero && rules->frozen_s > zero && sensor->still_s > rules->frozen_s) {
+    if (moved_k <= zero && rules->frozen_s > zero && sensor->still_s > longest_s) {
         sensor->quality = 8;
     } else if (moved_k <= zero || moved_k <= rules->step_k || moved_k <= most_k) {
         sensor_good(sensor, begin, value_c);
@@ -235,19 +240,65 @@ static void sensor_compared(tx_sensor *sensor, const tx_sensor_rules *rules, con
     }
 }
 
-void tx_sensor_step(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_begin *begin,
-                    tx_number longest_hold_s, tx_number value_c, bool is_ok, bool forget)
+/* Returns for how long a value may stand. */
+static tx_number longest_stand(tx_sensor *sensor, const tx_sensor_rules sensor_rules[],
+                               const tx_sensor_rules *rules, const tx_sensor *witness,
+                               const tx_begin *begin)
 {
-    tx_number rate_k = begin->passed ? rules->rate_k_per_s * begin->elapsed_s : zero;
-    sensor->usable = false;
+    if (!witness->known) {
+        return rules->frozen_s;
+    }
+    tx_number lately_s = sensor_rules[rules->witness].frozen_s;
+    if (lately_s > witness_s) {
+        lately_s = witness_s;
+    }
+    if (!sensor->mean_known) {
+        sensor->mean_known = true;
+        sensor->mean_c = witness->good_c;
+    } else if (begin->passed) {
+        tx_number share = begin->elapsed_s / (witness_s + begin->elapsed_s);
+        tx_number moved_k = witness->good_c - sensor->mean_c;
+        moved_k = share * moved_k;
+        sensor->mean_c = sensor->mean_c + moved_k;
+    }
+    tx_number away_k = sensor->mean_c - sensor->start_c;
+    if (!sensor->start_known) {
+        sensor->start_known = true;
+        sensor->start_c = sensor->mean_c;
+        sensor->gone = false;
+    } else if (away_k > rules->rests_k || away_k < -rules->rests_k) {
+        sensor->gone = true;
+    }
+    bool alive = witness->usable || (witness->dated && witness->still_s <= lately_s);
+    return alive && !sensor->gone ? longest_rest * rules->frozen_s : rules->frozen_s;
+}
+
+void tx_sensor_begin(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_begin *begin,
+                     bool forget)
+{
     if (forget) {
         sensor->known = false;
         sensor->still_s = zero;
         sensor->unseen_k = zero;
+        sensor->mean_known = false;
+        sensor->start_known = false;
     }
-    if (begin->passed && sensor->dated && sensor->still_s <= rules->frozen_s) {
+    if (begin->passed && sensor->dated && sensor->still_s <= longest_rest * rules->frozen_s) {
         sensor->still_s = sensor->still_s + begin->elapsed_s;
     }
+}
+
+void tx_sensor_step(tx_sensor sensors[], const tx_sensor_rules sensor_rules[], int k,
+                    const tx_begin *begin, tx_number longest_hold_s, tx_number value_c, bool is_ok)
+{
+    tx_sensor *sensor = &sensors[k];
+    const tx_sensor_rules *rules = &sensor_rules[k];
+    tx_number rate_k = begin->passed ? rules->rate_k_per_s * begin->elapsed_s : zero;
+    tx_number longest_s = rules->frozen_s;
+    if (rules->witness >= 0) {
+        longest_s = longest_stand(sensor, sensor_rules, rules, &sensors[rules->witness], begin);
+    }
+    sensor->usable = false;
     if (!(value_c >= -largest_number && value_c <= largest_number)) {
         sensor_unread(sensor, 2, rate_k);
     } else if (!is_ok) {
@@ -257,7 +308,7 @@ void tx_sensor_step(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_be
     } else if (!sensor->known) {
         sensor_good(sensor, begin, value_c);
     } else {
-        sensor_compared(sensor, rules, begin, value_c, rate_k);
+        sensor_compared(sensor, rules, begin, value_c, rate_k, longest_s);
     }
     /* What the model gets. */
     sensor->held = false;

@@ -161,13 +161,18 @@ void tx_requests_step(tx_requests *requests, const tx_asked_for *asked, bool fir
 /* One temperature. It is usable where it was read, its status is good, it is plausible, has not
  * jumped and is not frozen. While it could not be read it may have moved on at its rate. A value
  * that jumped is usable again where it comes back or the jump is acknowledged, never by waiting
- * alone. The model gets the last usable value for the time that it may be held. */
+ * alone. A value may stand for frozen_s, and six times as long beside a witness, a sensor that
+ * moves with it, which is usable or has changed lately and whose average over an hour has gone no
+ * further than rests_k since. The model gets the last usable value for the time that it may be
+ * held. */
 typedef struct {
     tx_number lowest_c;
     tx_number highest_c;
     tx_number step_k; /* jump that is accepted at any rate */
     tx_number rate_k_per_s; /* fastest plausible change */
     tx_number frozen_s; /* longest time without any change, 0 for any */
+    tx_number rests_k; /* so far a witness may go while this one stands */
+    int16_t witness; /* its number, -1 for none */
 } tx_sensor_rules;
 
 typedef struct {
@@ -183,10 +188,19 @@ typedef struct {
     tx_number unseen_k; /* how far it may have moved unseen */
     tx_number held_c; /* value for the model */
     tx_number age_s; /* its age */
+    bool mean_known;
+    bool start_known;
+    bool gone; /* the witness has gone too far since this value changed */
+    tx_number mean_c; /* average of the witness */
+    tx_number start_c; /* the same when this value changed last */
 } tx_sensor;
 
-void tx_sensor_step(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_begin *begin,
-                    tx_number longest_hold_s, tx_number value_c, bool is_ok, bool forget);
+/* Begins a call for every sensor, before any of them is looked at. */
+void tx_sensor_begin(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_begin *begin,
+                     bool forget);
+
+void tx_sensor_step(tx_sensor sensors[], const tx_sensor_rules rules[], int k,
+                    const tx_begin *begin, tx_number longest_hold_s, tx_number value_c, bool is_ok);
 
 /* Whether the model advances in this call: it waits until every temperature is there, starts, and
  * goes on with held temperatures; after a gap it starts anew at its steady state. */

@@ -78,7 +78,8 @@ class SimulatedPlant:
         self.rules, self.model = compensation.supervisor, compensation.model
         self.bounds, self.sensors = compensation.bounds, compensation.rules
         self.cycle_s = settings.cycle_s
-        self.base_c = [self._base_c(k) for k in range(len(self.model.channels))]
+        self._judged = compensation.judged
+        self.base_c = [self._base_c(k) for k in range(len(compensation.judged))]
         self.goal_c = list(self.base_c)
         self.now_c = list(self.base_c)
         self.noise_c = 0.0
@@ -116,7 +117,7 @@ class SimulatedPlant:
         """Return a usual temperature of a channel: its reference, or somewhere in its range."""
         rules = self.sensors[k]
         middle_c = 0.5 * (rules.lowest_c + rules.highest_c)
-        base_c = self.model.reference_c.get(self.model.channels[k], min(20.0, middle_c))
+        base_c = self.model.reference_c.get(self._judged[k], min(20.0, middle_c))
         return base_c if rules.lowest_c < base_c < rules.highest_c else middle_c
 
     # ---- calls ----------------------------------------------------------------------------------
