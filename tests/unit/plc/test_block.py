@@ -763,6 +763,39 @@ def test_a_gap_is_longer_than_the_longest_gap_and_a_trim_expires_by_it() -> None
     assert [said[call].trim_um[0] for call in gaps] == [3.0, 3.0, 0.0]
 
 
+def resting() -> Stated:
+    """A sensor stands beside another one that stands, goes up and down, and is lost."""
+    plain = one_section(double=True, cycle_s=60.0)
+    own = replace(plain.compensation.sensors["spindle"], frozen_s=600.0)
+    sensors = {"spindle": replace(own, moves_with="air", rests_k=0.2), "air": own}
+    rows: list[dict[str, Any]] = []
+    air_c = 20.0
+    for calls, spindle_c, change_k, first in (
+        (70, 25.0, 0.001, {}),
+        (40, 25.0, 0.05, {"reset": True}),
+        (30, 25.5, 0.05, {}),
+        (60, 26.0, -0.1, {}),
+        (70, 26.0, 0.001, {"init": True}),
+        (25, 25.0, 0.0, {}),
+    ):
+        for call in range(calls):
+            air_c += change_k
+            told = {"t_spindle": spindle_c, "t_air": air_c, "ok_air": change_k != 0.0}
+            rows.append(told | (first if call == 0 else {}))
+    compensation = replace(plain.compensation, sensors=sensors)
+    return replace(plain, compensation=compensation), rows, [25.0, 20.0]
+
+
+def test_a_sensor_may_stand_for_longer_beside_one_that_hardly_moves() -> None:
+    rows = resting()[1]
+    frozen = [one.qualities[0] is SampleQuality.FROZEN for one in side_by_side(*resting())]
+    begins = [k for k in range(1, len(rows)) if frozen[k] and not frozen[k - 1]]
+    assert begins[0] == 61, "six times as long"
+    assert 70 + 11 < begins[1] < 70 + 40, "when the average of the other has gone further"
+    assert begins[-1] == len(rows) - 25 + 11, "not beside one that is lost"
+    assert len(begins) == 6
+
+
 def every_stated() -> list[Stated]:
     """Return the rows that are stated call by call, for the mutants of the library."""
     reset = with_read_back(reset_in_every_state())
@@ -774,6 +807,7 @@ def every_stated() -> list[Stated]:
         acknowledged_while_it_differs(),
         begun_anew(),
         called_after_gaps(),
+        resting(),
         (slow_settings(), LOST_AND_FOUND, [20.0]),
         (slow_settings(), reset, [20.0]),
     ]

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import asdict
 
-from thermaxis.compensation import STATED
+from thermaxis.compensation import LONGEST_REST, STATED, SensorRules
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._numbers import figure
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
@@ -45,11 +45,21 @@ def losses_text(settings: PlcSettings) -> Iterator[str]:
             {
                 "text": remark_text(channel),
                 **_figures(asdict(rule)),
-                "frozen": figure(rule.frozen_s) if rule.frozen_s > 0.0 else "never",
+                "frozen": _frozen(rule),
             }
             for channel, rule in channels
         ],
     )
+
+
+def _frozen(rule: SensorRules) -> str:
+    if not rule.frozen_s:
+        return "never"
+    if not rule.moves_with:
+        return figure(rule.frozen_s)
+    longer = figure(LONGEST_REST * rule.frozen_s)
+    other = remark_text(rule.moves_with)
+    return f"{figure(rule.frozen_s)}; {longer} while {other} moves less than {rule.rests_k:g} K"
 
 
 def _figures(values: dict[str, object]) -> dict[str, object]:

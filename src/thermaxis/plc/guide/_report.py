@@ -149,6 +149,8 @@ def report_of(
                 "largest_rate_k_per_s": rule.largest_rate_k_per_s,
                 "step_k": rule.step_k,
                 "frozen_s": rule.frozen_s,
+                "moves_with": rule.moves_with,
+                "rests_k": rule.rests_k,
             }
             for channel, rule in zip(compensation.judged, compensation.rules, strict=True)
         },
