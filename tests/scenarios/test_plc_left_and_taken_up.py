@@ -177,7 +177,7 @@ def test_a_hold_at_an_emergency_stop_ends_and_fades(language: str) -> None:
 
 
 def warms(hour: float) -> float:
-    return round(20.0 + 1.0 * max(0.0, hour - 2.0), 1)
+    return flickers(hour) + max(0.0, hour - 9.0)
 
 
 def controlled(hour: float) -> float:

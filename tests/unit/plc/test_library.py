@@ -384,6 +384,7 @@ NOT_NOTICED = {
     "IF fault > 0 THEN | 0 -> 1": "every fault is larger",
     "elapsed_s := 1.0E+09; |": "every time counts as over long before",
     "elapsed_s > 1.0E+09 THEN | > -> >=": "the same",
+    "share := elapsed_s / (3600.0 + elapsed_s); | + -> -": "by name in test_a_column_that_stands",
     "heartbeat := 0; | 0 -> 1": "by name in test_the_heartbeat_counts_to_32767",
     "heartbeat := 0; | heartbeat": "the same",
     "heartbeat >= 32767 THEN | 32767 -> 32768": "the same",

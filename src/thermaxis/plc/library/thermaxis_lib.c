@@ -265,7 +265,6 @@ static tx_number longest_stand(tx_sensor *sensor, const tx_sensor_rules sensor_r
     if (!sensor->start_known) {
         sensor->start_known = true;
         sensor->start_c = sensor->mean_c;
-        sensor->gone = false;
     } else if (away_k > rules->rests_k || away_k < -rules->rests_k) {
         sensor->gone = true;
     }
@@ -281,7 +280,6 @@ void tx_sensor_begin(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_b
         sensor->still_s = zero;
         sensor->unseen_k = zero;
         sensor->mean_known = false;
-        sensor->start_known = false;
     }
     if (begin->passed && sensor->dated && sensor->still_s <= longest_rest * rules->frozen_s) {
         sensor->still_s = sensor->still_s + begin->elapsed_s;
