@@ -234,7 +234,8 @@ def _number_texts(settings: PlcSettings) -> _Text:
 
 def _sensors(settings: PlcSettings, text: _Text) -> _Items:
     compensation = settings.compensation
-    model, rules = compensation.model, compensation.rules
+    model, rules, stems = compensation.model, compensation.rules, settings.names.channels
+    rows = zip(stems, compensation.judged, rules, compensation.witnesses, strict=True)
     return [
         {
             "k": k,
@@ -250,16 +251,7 @@ def _sensors(settings: PlcSettings, text: _Text) -> _Items:
             "w": w + 1,
             "lately_s": text(min(WITNESS_S, rules[w].frozen_s), "frozen_s", channel),
         }
-        for k, (stem, channel, rule, w) in enumerate(
-            zip(
-                settings.names.channels,
-                compensation.judged,
-                rules,
-                compensation.witnesses,
-                strict=True,
-            ),
-            1,
-        )
+        for k, (stem, channel, rule, w) in enumerate(rows, 1)
     ]
 
 
