@@ -81,13 +81,13 @@ class PlcNames:
     """By part, in the order of the outputs."""
 
 
-def names_of(model: CompensationModel, judged: Iterable[str], name: str) -> PlcNames:
-    """Return the names of a program."""
+def names_of(model: CompensationModel, name: str, judged: Iterable[str] = ()) -> PlcNames:
+    """Return the names of a program; judged are its channels, maybe with others."""
     outputs = _stems([o.name for o in model.outputs], "outputs", _LONGEST_OUTPUT, _TAKEN_STEMS)
     parts = [part.name for output in model.outputs for part in output.parts]
     return PlcNames(
         _block_name(name),
-        _stems(judged, "channels", _LONGEST_CHANNEL, ()),
+        _stems(judged or model.channels, "channels", _LONGEST_CHANNEL, ()),
         outputs,
         _stems(parts, "parts", _LONGEST_PART, ()),
     )

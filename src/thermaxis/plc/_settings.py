@@ -90,7 +90,7 @@ class PlcSettings:
             )
         if self.model_sha256 and not _HASH.fullmatch(self.model_sha256):
             raise ConfigurationError("no_sha256", place=Place(key="model_sha256"))
-        object.__setattr__(self, "names", names_of(model, compensation.judged, self.name))
+        object.__setattr__(self, "names", names_of(model, self.name, compensation.judged))
         _require_numbers(self)
 
     @property
