@@ -277,8 +277,6 @@ void tx_sensor_begin(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_b
 {
     if (forget) {
         sensor->known = false;
-        sensor->still_s = zero;
-        sensor->unseen_k = zero;
         sensor->mean_known = false;
     }
     if (begin->passed && sensor->dated && sensor->still_s <= longest_rest * rules->frozen_s) {
