@@ -355,6 +355,28 @@ def test_times_of_day_go_on_past_midnight(
     assert log.remarks == (remark("midnights_passed", count=nights),)
 
 
+def test_dates_are_read_as_people_write_them_and_refused_where_they_mean_two_days(
+    tmp_path: Path,
+) -> None:
+    def log_of(*times: str, mapping: ThermalMapping | None = None) -> ThermalLog:
+        rows = "".join(f"{time},{k}\n" for k, time in enumerate(times))
+        return from_text(tmp_path, f"time,T_C\n{rows}", mapping=mapping)
+
+    for first, second in (
+        ("2021/06/05-13:24:41", "2021/06/05-13:25:41"),
+        ("06/13/2021 01:24:41 pm", "06/13/2021 01:25:41 pm"),
+        ("05.06.2021 13:24", "05.06.2021 13:25"),
+    ):
+        assert log_of(first, second).duration_s == 60.0
+    unclear = ("03/04/2026 08:00", "03/04/2026 08:01")
+    with pytest.raises(MeasurementFileError) as caught:
+        log_of(*unclear)
+    assert caught.value.code == "date_order_unclear"
+    for order, month in (("day", 4), ("month", 3)):
+        start = log_of(*unclear, mapping=ThermalMapping(date_order=order)).start
+        assert start == dt.datetime(2026, month, 7 - month, 8)  # noqa: DTZ001 - the file has none
+
+
 def test_a_few_words_among_empty_cells_are_a_column_of_words(tmp_path: Path) -> None:
     rows = [f"{k},{20 + 0.1 * k:.1f},{'door open' if k in {3, 4} else ''}" for k in range(30)]
     for header in ("time_s,T_C,alarm", 'time_s,T_C,"alarm"'):

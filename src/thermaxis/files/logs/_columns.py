@@ -4,7 +4,6 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from functools import partial
 from typing import TypeAlias, final
 
 import numpy as np
@@ -17,16 +16,15 @@ from thermaxis.files.table import (
     MISSING_WORDS,
     NUMBER_LIMIT,
     Role,
+    RunMapping,
     clean_text,
     decoded,
     first_few,
-    formatted_moment,
     is_date_name,
     is_number,
     parse_heading,
-    parse_moment,
-    read_moments,
     seconds_since,
+    stamp_moments,
     unprotected,
 )
 from thermaxis.positioning import FloatArray
@@ -459,10 +457,12 @@ def _of_texts(
         pairs = zip(dates, texts, strict=True)
         texts = [None if day is None or text is None else f"{day} {text}" for day, text in pairs]
     given = [None if text and text.casefold() in MISSING_WORDS else text for text in texts]
-    form = plan.mapping.time_format
-    parsed = parse_moment if form is None else partial(formatted_moment, form=form)
-    moments = read_moments(
-        given, lambda row: table.at(row, plan.time), parsed, "not_a_moment_of_log"
+    stated = plan.mapping
+    moments = stamp_moments(
+        given,
+        lambda row: table.at(row, plan.time),
+        RunMapping(date_order=stated.date_order, time_format=stated.time_format),
+        "not_a_moment_of_log",
     )
     start = next((moment for moment in moments if moment is not None), None)
     if start is None:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import final
+from typing import Literal, final
 
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
@@ -48,8 +48,10 @@ class ThermalMapping:
     """Heading of the column of times; None: as the headings say."""
     time_unit: str | None = None
     """Unit of times that are numbers: us, ms, s, min, h or d."""
+    date_order: Literal["day", "month", "year"] | None = None
+    """What stands first in dates such as 03/04/2026; None: as they show it."""
     time_format: str | None = None
-    """Form of times that are text, as strptime understands it; None: ISO 8601."""
+    """Form of times that are text, as strptime understands it; None: as they show it."""
     sample_time_s: float | None = None
     """Time between rows of a file without times. [s]"""
 
@@ -61,7 +63,7 @@ def read_thermal_mapping(path: Path | str) -> ThermalMapping:
     ----------
     path : Path or str
         The file: a table `[columns]` with one entry per heading (name, unit, factor, offset,
-        leave_out), and a table `[time]` (column, unit, format, sample_time_s).
+        leave_out), and a table `[time]` (column, unit, date_order, format, sample_time_s).
 
     Returns
     -------
@@ -98,6 +100,7 @@ def read_thermal_mapping(path: Path | str) -> ThermalMapping:
         columns=MappingProxyType(read),
         time_column=None if stated.time.column is None else stated.time.column.strip(),
         time_unit=stated.time.unit,
+        date_order=stated.time.date_order,
         time_format=stated.time.format,
         sample_time_s=stated.time.sample_time_s,
     )
@@ -107,6 +110,7 @@ def read_thermal_mapping(path: Path | str) -> ThermalMapping:
 class _Time:
     column: str | None = None
     unit: str | None = None
+    date_order: Literal["day", "month", "year"] | None = None
     format: str | None = None
     sample_time_s: float | None = None
 

@@ -64,13 +64,12 @@ from ._table import (
 )
 from ._times import (
     ReadingTimes as ReadingTimes,
-    formatted_moment as formatted_moment,
     parse_moment as parse_moment,
-    read_moments as read_moments,
     read_stamps as read_stamps,
     reading_times as reading_times,
     seconds_since as seconds_since,
     spread_in_intervals as spread_in_intervals,
+    stamp_moments as stamp_moments,
 )
 from ._workbook import (
     Cells as Cells,

@@ -21,7 +21,7 @@ _DAY_FIRST = re.compile(
 
 
 _STAMP = re.compile(
-    r"(?:([0-9]{1,4})([./-]) ?([0-9]{1,2})\2 ?([0-9]{2,4}),?[ T]+)?"
+    r"(?:([0-9]{1,4})([./-]) ?([0-9]{1,2})\2 ?([0-9]{2,4})(?:,?[ T]+|-))?"
     r"([0-9]{1,2}):([0-9]{2})(?::([0-9]{2})(?:[.,]([0-9]{1,9}))?)? ?(?:([ap])\.?m\.?)?",
     re.ASCII | re.IGNORECASE,
 )
@@ -101,16 +101,26 @@ def read_moments(
 def read_stamps(
     cells: Sequence[str], at: Callable[[int], Place], mapping: RunMapping = NO_MAPPING
 ) -> Stamps:
-    """Read dates with time, or times of day, in the forms that people write.
+    """Read dates with time, or times of day, in the forms that people write."""
+    return _stamps(stamp_moments(cells, at, mapping), cells)
+
+
+def stamp_moments(
+    cells: Sequence[str | None],
+    at: Callable[[int], Place],
+    mapping: RunMapping = NO_MAPPING,
+    refusal: str = "not_a_moment",
+) -> list[datetime | None]:
+    """Read dates with time, or times of day, in the forms that people write; None where empty.
 
     What may mean two things is refused: 03/04/2026, or 12:30 that no other cell explains.
     """
     first = next((cell for cell in cells if cell), "")
-    if mapping.time_format is not None:
-        form = mapping.time_format
-        return _stamps(read_moments(cells, at, lambda text: formatted_moment(text, form)), cells)
+    form = mapping.time_format
+    if form is not None:
+        return read_moments(cells, at, lambda text: formatted_moment(text, form), refusal)
     if not first or parse_moment(first) is not None:
-        return _stamps(read_moments(cells, at), cells)
+        return read_moments(cells, at, parse_moment, refusal)
     matches = [_STAMP.fullmatch(cell) if cell else None for cell in cells]
     dated = _STAMP.fullmatch(first)
     with_date = dated is not None and dated[1] is not None
@@ -120,9 +130,9 @@ def read_stamps(
     for index, (cell, match) in enumerate(zip(cells, matches, strict=True)):
         moment = None if match is None else _moment_of(match, order, minutes=minutes)
         if cell and (moment is None or (match is not None and with_date != bool(match[1]))):
-            raise MeasurementFileError("not_a_moment", text=cell, place=at(index))
+            raise MeasurementFileError(refusal, text=cell, place=at(index))
         moments.append(moment)
-    return _stamps(moments, cells)
+    return moments
 
 
 def formatted_moment(text: str, form: str) -> datetime | None:
