@@ -3,6 +3,7 @@
 import asyncio
 import errno
 import os
+import re
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -346,9 +347,9 @@ def test_what_memory_cannot_hold_is_lost_from_the_oldest_on_and_stated(
     assert lost[0] in {10, 11}  # at most the last second was not written before
     assert lost[-1] - lost[0] <= len(lost)  # the oldest, but for one that was being written
     marks = [m for m in marks_of(tmp_path / NAME) if m.startswith("lost")]
-    assert marks[1:] == []
-    values = {"rows": summary.lost, "first": at(lost[0]), "last": at(lost[-1])}
-    assert marks[0] == sentence_of(Message("recording-lost", values))
+    # More may be lost while a line that states a loss is being written: then a second one follows.
+    assert sum(int(re.findall(r"\d+", mark)[0]) for mark in marks) == summary.lost
+    assert all(any(at(row) in mark for mark in marks) for row in (lost[0], lost[-1]))
 
 
 def test_a_disk_that_stays_full_to_the_end_is_said_with_what_is_lost(
