@@ -1,9 +1,8 @@
-"""The compensation as text for a PLC: one tree, printed as ST, SCL and C.
+"""The compensation as text for a PLC: a library that is the same for all, and a block per model.
 
-What the block does is `thermaxis.compensation.cycle`, in the number type of the target. It is
-built once (`build_program`), as a tree of few kinds of statement (`_tree`), and every dialect
-prints the same tree. `BlockInstance` executes it in Python with the target's rounding: it computes
-the test vectors.
+What library and block do is `thermaxis.compensation.cycle`, in the number type of the target.
+`Block` makes the texts of every dialect, `vectors_of` what they must say, `guide_text` how they
+come into the machine.
 """
 
 from lazy_loader import attach_stub

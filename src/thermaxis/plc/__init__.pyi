@@ -30,7 +30,7 @@ from ._settings import (
     PlcSettings as PlcSettings,
     export_settings as export_settings,
 )
-from ._texts import (
+from ._template import (
     remark_of as remark_of,
 )
 from ._warnings import (

@@ -1,19 +1,17 @@
 """The model block: what belongs to one model, made from a template; it calls the library."""
 
+import re
+import textwrap
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from functools import cache
 from itertools import pairwise
 from math import expm1
-from pathlib import Path
 from typing import Any, TypeAlias, final
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
+from thermaxis import __version__
 from thermaxis.codes import Place
 from thermaxis.compensation import STATED, WITNESS_S, Part
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._head import head_of, wrapped
 from thermaxis.plc._interface import Interface, interface_of, model_only_interface
 from thermaxis.plc._library import (
     LIBRARY,
@@ -26,11 +24,15 @@ from thermaxis.plc._library import (
     st_library,
     with_panes,
 )
-from thermaxis.plc._line import LineSettings
+from thermaxis.plc._line import LineSettings, line_bounds
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._numbers import noted, number_text, stored
-from thermaxis.plc._settings import PlcSettings
+from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
+from thermaxis.plc._template import rendered
+from thermaxis.plc._warnings import restart_warning, setting_warnings
 
+HEAD_WIDTH = 88
+"""Longest line of the head: a line of 100 signs with the signs of a remark. [1]"""
 LARGEST_READ = 1e6
 """Largest magnitude of what the control reports, in the unit of each. [1]"""
 UNREAD_UM = 1e7
@@ -180,8 +182,44 @@ class Block:
         return {LIBRARY: library, self.name: self._rendered(template)}
 
     def _rendered(self, template: str) -> str:
-        text = _templates().get_template(template).render(self._context)
+        text = rendered(template, self._context)
         return "\n".join(line for whole in text.splitlines() for line in broken(whole)) + "\n"
+
+    @property
+    def said(self) -> dict[str, Any]:
+        """What head and guide say of it, by its names in their templates."""
+        settings, line = self.settings, self.line
+        compensation = settings.compensation
+        said: dict[str, Any] = {
+            "name": self.name,
+            "alone": self.model_only,
+            "settings": settings,
+            "compensation": compensation,
+            "model": compensation.model,
+            "stated": compensation.model.reference == STATED,
+            "rules": compensation.supervisor,
+            "number": "LREAL" if settings.double else "REAL",
+            "face": self.interface,
+            "percent": round(100 * CYCLE_TOLERANCE),
+            "restart": restart_warning(settings),
+            "line": line,
+        }
+        if line is not None:
+            said["k0_mm"], said["slope"] = line_bounds(settings, line)
+        return said
+
+    def _head(self) -> list[str]:
+        """Return the lines at the top: what it is, where it comes from, what its numbers mean."""
+        values = {
+            **self.said,
+            "version": __version__,
+            "library": LIBRARY,
+            "library_version": LIBRARY_VERSION,
+            "warnings": setting_warnings(self.settings),
+            "remarks": self.remarks,
+        }
+        paragraphs = re.sub(r"\n +", " ", rendered("head.j2", values)).splitlines()
+        return [x for p in paragraphs for x in textwrap.wrap(p, HEAD_WIDTH, subsequent_indent="  ")]
 
     def _made(self) -> dict[str, Any]:
         """Return what the templates are filled with: numbers are texts of the target."""
@@ -190,17 +228,10 @@ class Block:
         rules, text = compensation.supervisor, _number_texts(settings)
         sensors = _sensors(settings, text)
         made: dict[str, Any] = {
-            "name": settings.names.block,
-            "head": [
-                *head_of(settings, line, model_only=self.model_only),
-                *(w for r in self.remarks for w in wrapped(r)),
-            ],
-            "number": "LREAL" if settings.double else "REAL",
+            "head": self._head(),
             "real": int(not settings.double),
             "library": LIBRARY,
             "library_version": LIBRARY_VERSION,
-            "face": self.interface,
-            "model_only": self.model_only,
             "channels": sensors[: len(compensation.model.channels)],
             "sensors": sensors,
             "later": any(s["w"] > s["k"] for s in sensors),
@@ -218,7 +249,7 @@ class Block:
             "line": None if line is None else _line(settings, line, text),
             "filter": None,
         }
-        return made | _model(settings, text)
+        return self.said | made | _model(settings, text)
 
 
 _Text: TypeAlias = Callable[..., str]
@@ -303,7 +334,6 @@ def _model(settings: PlcSettings, text: _Text) -> dict[str, Any]:
             }
         )
     return {
-        "stated": model.reference == STATED,
         "filter": text(_alpha(settings, model.input_filter_s), "input_filter_s")
         if filtered
         else None,
@@ -412,14 +442,3 @@ def _line(settings: PlcSettings, line: LineSettings, text: _Text) -> dict[str, A
             )
         ],
     }
-
-
-@cache
-def _templates() -> Environment:
-    return Environment(  # noqa: S701 - a program, whose texts from people are cleaned before
-        loader=FileSystemLoader(Path(__file__).parent / "library"),
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        undefined=StrictUndefined,
-    )

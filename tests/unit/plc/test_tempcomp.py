@@ -257,7 +257,8 @@ def test_the_bounds_are_said_outward_with_the_same_digits_wherever_they_stand(do
         assert held[name] <= float(text) <= held[name] * (1.0 + 1.1e-5)
         assert len(text.strip("0.").replace(".", "")) <= 6
     target = Target("sinumerik-tempcomp", "s7-1500" if double else "s7-300")
-    guide = guide_text(exported, block, GuideFacts(target, ("x",), "v", (), line))
+    facts = GuideFacts(target, ("x",), "v", (), line)
+    guide = " ".join(guide_text(exported, block, facts).split())
     k0_mm, slope = said
     head = " ".join(whole.replace("*)\n(*", "").split())
     assert f"Largest K0 {k0_mm} mm, largest slope {slope} mm/mm" in head
@@ -272,7 +273,8 @@ def test_the_guide_names_how_far_the_line_moves_in_one_call_and_it_moves_no_furt
     line = LineSettings(positions_mm=positions, away=True, reference_mm=0.0)
     block = Block(settings=exported, line=line)
     target = Target("sinumerik-tempcomp", "s7-1500")
-    guide = guide_text(exported, block, GuideFacts(target, ("x",), "v", (), line))
+    facts = GuideFacts(target, ("x",), "v", (), line)
+    guide = " ".join(guide_text(exported, block, facts).split())
     (said,) = re.findall(r"at most ([0-9.]+) mm of K0 and ([0-9.]+) mm/mm of slope", guide)
     k0_step_mm, slope_step = map(float, said)
     corners = np.array(np.meshgrid(*[[-8.0, 8.0]] * 3)).reshape(3, -1).T

@@ -13,7 +13,7 @@ from thermaxis.codes import Message, message_as_json
 from thermaxis.plc._library import LIBRARY_VERSION
 from thermaxis.plc._line import LineSettings
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings, compensated_stall
-from thermaxis.plc._texts import remark_of
+from thermaxis.plc._template import remark_of
 from thermaxis.plc._warnings import restart_warning, setting_warnings
 from thermaxis.plc.vectors import TOLERANCE_UM, Vectors
 
