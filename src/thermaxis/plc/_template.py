@@ -40,6 +40,14 @@ def _remark(text: str, longest: int = LONGEST_TEXT) -> str:
 
 @cache
 def _templates() -> Environment:
+    own: dict[str, Any] = {
+        "figure": figure,
+        "noted": noted,
+        "remark": _remark,
+        "said": remark_of,
+        "sentence": sentence,
+        "zip": zip,
+    }
     made = Environment(  # noqa: S701 - a program and Markdown, whose texts from people are cleaned
         loader=FileSystemLoader([Path(__file__).parent / name for name in ("library", "guide")]),
         trim_blocks=True,
@@ -47,7 +55,5 @@ def _templates() -> Environment:
         keep_trailing_newline=True,
         undefined=StrictUndefined,
     )
-    made.filters.update(
-        figure=figure, noted=noted, remark=_remark, said=remark_of, sentence=sentence, zip=zip
-    )
+    made.filters.update(own)
     return made
