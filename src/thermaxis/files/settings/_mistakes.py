@@ -1,15 +1,13 @@
-"""What is wrong in settings, at its place and line, and the schema of what is right."""
+"""What pydantic finds wrong in settings, and the schema of what is right."""
 
 import ast
 import inspect
 import re
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import is_dataclass, replace
-from difflib import get_close_matches
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import is_dataclass
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 from textwrap import dedent
 from typing import Any, Final, cast, get_args, get_type_hints
 
@@ -18,10 +16,9 @@ from pydantic.json_schema import PydanticJsonSchemaWarning
 from pydantic_core import ErrorDetails
 
 from thermaxis.codes import Message, Value, printable
-from thermaxis.files.settings._problems import placed, problem
-from thermaxis.files.settings._reading import DEEP, adapter_of
+from thermaxis.files.settings._adapter import adapter_of
+from thermaxis.files.settings._problems import DEEP, placed, problem, unknown
 
-_SECRETS = ("password", "token")
 _CODES: Final[Mapping[str, str]] = {
     "dict_type": "not_a_table",
     "mapping_type": "not_a_table",
@@ -46,8 +43,6 @@ _BOUNDS: Final[Mapping[str, tuple[str, str]]] = {
     "string_too_long": ("text_long", "max_length"),
 }
 """The same for what has a bound, and pydantic's name of the bound."""
-_TABLE = re.compile(r"""^\s*\[\s*+((?:[\w-]++|"[^"]*+"|'[^']*+'|\s*+\.\s*+)++)\s*\]\s*(?:\#.*)?$""")
-_KEY = re.compile(r"""^\s*([\w-]+|"[^"]*"|'[^']*')\s*=""")
 
 
 # ---- what pydantic says, as codes ---------------------------------------------------------------
@@ -95,17 +90,6 @@ def _problem(detail: ErrorDetails, schema: Any, unknown_ones: Sequence[str]) -> 
     else:
         values["said"] = detail["msg"]
     return problem(code, key, **values)
-
-
-def unknown(name: str, key: str, known: Iterable[str]) -> Message:
-    """Say that there is no such key, and which one may be meant."""
-    if name in _SECRETS:
-        return problem("secret_in_file", key, name=name)
-    name, key, known = printable(name, 80), printable(key), sorted(known)
-    near = get_close_matches(name, known, n=1, cutoff=0.6)
-    if near:
-        return problem("unknown_key_near", key, name=name, near=near[0])
-    return problem("unknown_key", key, name=name, known=tuple(known))
 
 
 # ---- the schema ---------------------------------------------------------------------------------
@@ -163,43 +147,3 @@ def _node(schema: Any, loc: Sequence[int | str]) -> Any:
             inside: Any = node.get("additionalProperties") or node.get("items") or {}
             node = node.get("properties", {}).get(part, inside)
     return node
-
-
-# ---- lines --------------------------------------------------------------------------------------
-
-
-def with_lines(problems: Sequence[Message], file: Path) -> tuple[Message, ...]:
-    """Name the file and the line of every mistake, where they can be found.
-
-    Where a key is missing, the line is that of its table. There is none where the text has forms
-    that only a whole reader of TOML follows, such as texts over several lines.
-    """
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError):
-        text = ""
-    lines: dict[str, int] = {}
-    table, long = "", '"""' in text or "'''" in text
-    for number, line in enumerate(() if long else text.splitlines(), start=1):
-        if (head := _TABLE.match(line)) is not None:
-            table = name = _plain(head[1])
-        elif (key := _KEY.match(line)) is not None:
-            name = f"{table}.{_plain(key[1])}".strip(".")
-        else:
-            continue
-        lines.setdefault(name, number)
-    return tuple(_with_line(problem, str(file), lines) for problem in problems)
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"\s*\.\s*", ".", name).replace('"', "").replace("'", "").strip()
-
-
-def _with_line(message: Message, file: str, lines: Mapping[str, int]) -> Message:
-    place = message.place
-    if place.file:
-        return message
-    key = place.key
-    while key and key not in lines:
-        key = key[: max(key.rfind("."), key.rfind("["), 0)]
-    return replace(message, place=place._replace(file=file, line=lines.get(key)))

@@ -4,17 +4,14 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping
-from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TypeVar, cast
 
 from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files._opened import opened
-from thermaxis.files.settings._problems import placed, problem, refuse
-
-if TYPE_CHECKING:
-    from pydantic import TypeAdapter
+from thermaxis.files.settings._adapter import adapter_of
+from thermaxis.files.settings._problems import DEEP, placed, problem, refuse, unknown
 
 LARGEST_TOML_BYTES = 1_000_000
 """Largest TOML file that is read. [byte]"""
@@ -29,8 +26,6 @@ LARGEST_NUMBER = 1e12
 """Largest magnitude of a number. [1]"""
 MOST_ENTRIES = 10_000
 """Largest number of entries of a list. [1]"""
-DEEP = "nested too deeply"
-"""Why text of hundreds of brackets is not read."""
 
 _T = TypeVar("_T")
 
@@ -114,8 +109,6 @@ def as_table(file: Path | str, key: str, value: object) -> Mapping[str, object]:
 
 def unknown_key(file: Path | str, key: str, known: Iterable[str]) -> ConfigurationError:
     """Return the error for a key that no format knows."""
-    from thermaxis.files.settings._mistakes import unknown  # noqa: PLC0415  if there are some
-
     return refuse([unknown(key.rpartition(".")[2], key, known)], file)
 
 
@@ -148,15 +141,6 @@ def tree_of(kind: type[_T], content: object, folder: Path | None = None) -> _T |
         return [problem("not_toml", "", cause=DEEP)]
     except ValueError:
         return [problem("not_toml", "", cause="a whole number of thousands of digits")]
-
-
-@cache
-def adapter_of(kind: type) -> "TypeAdapter[Any]":
-    """Return what reads a list with settings of one kind."""
-    from pydantic import ConfigDict, TypeAdapter  # noqa: PLC0415  a tenth of a second
-
-    strict = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, hide_input_in_errors=True)
-    return TypeAdapter(cast("Any", tuple)[kind], config=strict)
 
 
 def settings_of(kind: type[_T], content: object, *, file: str, key: str = "") -> _T:
