@@ -1,4 +1,8 @@
 from ._block import Block as Block
+from ._fmu import (
+    FMI_VERSIONS as FMI_VERSIONS,
+    fmu_files as fmu_files,
+)
 from ._interface import (
     NEVER_OUTCOMES as NEVER_OUTCOMES,
     NEVER_QUALITIES as NEVER_QUALITIES,

@@ -18,8 +18,8 @@ from thermaxis.plc._library import (
     LIBRARY_VERSION,
     SclCpu,
     StFlavour,
-    broken,
     c_library,
+    folded,
     scl_text,
     st_library,
     with_panes,
@@ -182,8 +182,7 @@ class Block:
         return {LIBRARY: library, self.name: self._rendered(template)}
 
     def _rendered(self, template: str) -> str:
-        text = rendered(template, self._context)
-        return "\n".join(line for whole in text.splitlines() for line in broken(whole)) + "\n"
+        return folded(rendered(template, self._context))
 
     @property
     def said(self) -> dict[str, Any]:

@@ -165,3 +165,8 @@ def broken(line: str) -> Iterator[str]:
         yield line[:cut].rstrip()
         line = begin + line[cut:].strip()
     yield line
+
+
+def folded(text: str) -> str:
+    """Return a program in lines that are not too long."""
+    return "\n".join(line for whole in text.splitlines() for line in broken(whole)) + "\n"

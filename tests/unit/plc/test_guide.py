@@ -255,10 +255,10 @@ def test_a_section_in_binary32_rests_no_further_from_its_end_than_the_law_says()
 
 def test_the_report_has_hashes_of_the_files_and_no_day() -> None:
     facts = ReportFacts(Target("c"), (("z.json", "ab" * 32),))
-    files = {"tx_z.c": "text\n", "tx_z.h": "µ\n"}
+    files = {"tx_z.c": b"text\n", "tx_z.h": "µ\n".encode()}
     settings = exported(double=False, delay_s=2.4)
     report = report_of(settings, facts, files)
-    assert report["files"] == {n: sha256(t.encode()).hexdigest() for n, t in files.items()}
+    assert report["files"] == {n: sha256(t).hexdigest() for n, t in files.items()}
     assert report["models"] == [{"name": "z.json", "sha256": "ab" * 32}]
     assert report["changed"] == [*map(remark_of, settings.notes)]
     assert report["changed_codes"] == [*map(message_as_json, settings.notes)]

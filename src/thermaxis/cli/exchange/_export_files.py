@@ -26,7 +26,7 @@ class Export(NamedTuple):
     """What is exported."""
     line: plc.LineSettings | None
     """The line; None where there is none."""
-    files: Mapping[str, str]
+    files: Mapping[str, bytes]
     """Content by name; the report is the last."""
     report: Mapping[str, object]
     """Content of the report."""
@@ -71,15 +71,15 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     vectors, interlocks = f"{stem}.vectors.csv", exported.compensation.interlocks
     facts = plc.GuideFacts(target, tuple(files), vectors, interlocks, line, exported.warnings)
     if tested is not None:
-        files[vectors] = tested.text
-    files[f"{stem}.guide.md"] = plc.guide_text(settings, block, facts)
+        files[vectors] = tested.text.encode("ascii")
+    files[f"{stem}.guide.md"] = plc.guide_text(settings, block, facts).encode("utf-8")
     sources = tuple((source.name, source.sha256) for source in exported.sources)
     size = instance_bytes(block.st().values())
     facts_of = plc.ReportFacts(
         target, sources, line, tested, size, exported.machine, exported.warnings
     )
     report = plc.report_of(settings, facts_of, files)
-    files[stem + REPORT_ENDING] = plc.report_text(report)
+    files[stem + REPORT_ENDING] = plc.report_text(report).encode("ascii")
     return Export(
         settings,
         line,
@@ -107,18 +107,21 @@ def target_of(arguments: argparse.Namespace) -> tuple[plc.Target, bool]:
             raise ConfigurationError("no_lreal_in_cpu", place=Place(key="--real"))
         double = arguments.real != "32" if cpu != "s7-300" else False
         return plc.Target(dialect, cpu or ("s7-1500" if double else "s7-300")), double
-    return plc.Target(
-        dialect, (flavour or "iec") if dialect == "st" else ""
-    ), arguments.real != "32"
+    variant = (flavour or "iec") if dialect == "st" else dialect
+    return plc.Target(dialect, "" if variant == "c" else variant), arguments.real != "32"
 
 
-def program_files(block: plc.Block, target: plc.Target) -> dict[str, str]:
+def program_files(block: plc.Block, target: plc.Target) -> dict[str, bytes]:
     """Return library and block as the files of a target."""
+    if target.dialect == "fmu":
+        return plc.fmu_files(block)
     if target.dialect == "c":
-        return block.c()
-    if target.dialect == "st":
-        return block.st(cast("plc.StFlavour", target.variant))
-    return block.scl(cast("plc.SclCpu", target.variant))
+        texts = block.c()
+    elif target.dialect == "st":
+        texts = block.st(cast("plc.StFlavour", target.variant))
+    else:
+        texts = block.scl(cast("plc.SclCpu", target.variant))
+    return {name: text.encode("ascii") for name, text in texts.items()}
 
 
 def _line_of(arguments: argparse.Namespace, exported: Exported) -> plc.LineSettings:

@@ -73,7 +73,7 @@ def _hash(path: Path) -> str:
     return sha256(path.read_bytes()).hexdigest() if path.is_file() else "no file"
 
 
-def write_folder(folder: Path, files: Mapping[str, str]) -> None:
+def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
     """Write files into a folder that `require_folder` takes.
 
     They are written beside it first; then the whole takes its place. What lay there is looked at
@@ -89,8 +89,8 @@ def write_folder(folder: Path, files: Mapping[str, str]) -> None:
     new, old, done = whole / "new", whole / "old", False
     try:
         new.mkdir()
-        for name, text in files.items():
-            (new / name).write_bytes(text.encode("utf-8"))
+        for name, content in files.items():
+            (new / name).write_bytes(content)
         if place.exists():
             place.replace(old)
             _require_own(old, folder)

@@ -26,9 +26,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("models MODEL", "compensation model (JSON)", Path, nargs="+")
     add(
         "--dialect",
-        "scl: Siemens; st: IEC 61131-3; c: C99; sinumerik-tempcomp: SCL that lays a straight"
-        " line through models at positions of an axis",
-        choices=("scl", "st", "c", "sinumerik-tempcomp"),
+        "scl: Siemens; st: IEC 61131-3; c: C99; fmu: co-simulation units of FMI 3.0 and 2.0 with"
+        " C sources; sinumerik-tempcomp: SCL that lays a straight line through models at"
+        " positions of an axis",
+        choices=("scl", "st", "c", "fmu", "sinumerik-tempcomp"),
         required=True,
     )
     add(

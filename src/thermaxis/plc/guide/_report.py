@@ -43,9 +43,9 @@ class Target(NamedTuple):
     """Who gets the program."""
 
     dialect: str
-    """``scl``, ``st``, ``c`` or ``sinumerik-tempcomp``."""
+    """``scl``, ``st``, ``c``, ``fmu`` or ``sinumerik-tempcomp``."""
     variant: str = ""
-    """``s7-1500`` or ``s7-300`` for SCL; ``iec``, ``twincat`` or ``codesys`` for ST."""
+    """``s7-1500`` or ``s7-300`` for SCL; ``iec``, ``twincat`` or ``codesys`` for ST; ``fmu``."""
 
 
 @final
@@ -85,7 +85,7 @@ def instance_bytes(texts: Iterable[str]) -> int:
 
 
 def report_of(
-    settings: PlcSettings, facts: ReportFacts, files: Mapping[str, str]
+    settings: PlcSettings, facts: ReportFacts, files: Mapping[str, bytes]
 ) -> dict[str, object]:
     """Return the report of an export.
 
@@ -168,7 +168,7 @@ def report_of(
         "vectors": _vectors(facts.vectors),
         "checked": _checked(target, vectors=facts.vectors is not None),
         "not_checked": _not_checked(target),
-        "files": {name: sha256(text.encode("utf-8")).hexdigest() for name, text in files.items()},
+        "files": {name: sha256(content).hexdigest() for name, content in files.items()},
     }
     return {**report, REPORT_HASH: report_sha256(report)}
 
@@ -248,7 +248,7 @@ def _sections(settings: PlcSettings) -> list[dict[str, object]]:
 def _checked(target: Target, *, vectors: bool) -> list[str]:
     cycle = "expected outputs of the vectors: those of the cycle that runs on the computer"
     said = [cycle] if vectors else []
-    if target.dialect == "c":
+    if target.dialect in {"c", "fmu"}:
         said.append(
             "library and blocks of the same template run by gcc against the cycle, in tests"
         )
@@ -268,6 +268,8 @@ def _not_checked(target: Target) -> list[str]:
         said.append("every step in the control: setting data, their writing, their sign")
     if target.dialect == "st":
         said.append("acceptance by the compiler of a control")
-    if target.dialect == "c":
+    if target.dialect == "fmu":
+        said.append("import by other tools than FMPy, and in real time")
+    if target.dialect in {"c", "fmu"}:
         said.append("other compilers than gcc, and other processors than that of the tests")
     return said
