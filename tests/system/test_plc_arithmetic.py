@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from tests.unit.plc.compiled import Compiled
-from tests.unit.plc.plc_scenarios import paper_model, wide
+from tests.unit.plc.plc_scenarios import paper_model, scenario_steps, wide
 from thermaxis.compensation import CompensationModel
-from thermaxis.plc import LIBRARY, Block, CycleBlock, scenario_steps, st_library
+from thermaxis.plc import LIBRARY, Block, CycleBlock, st_library
 
 pytestmark = pytest.mark.system
 

@@ -57,6 +57,5 @@ from .vectors import (
     PlcOutputs as PlcOutputs,
     PlcStep as PlcStep,
     Vectors as Vectors,
-    scenario_steps as scenario_steps,
     vectors_of as vectors_of,
 )

@@ -31,7 +31,7 @@ FILES = {"scl": {"scl"}, "st": {"st"}, "c": {"c", "h"}, "fmu": {"fmi2.fmu", "fmi
 def few_rows(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut the vectors, which cost most of the time, where they are not what is tested."""
     if "whole_vectors" not in request.fixturenames:
-        few = partial(vectors_of, most_rows=40, most_calls=500)
+        few = partial(vectors_of, most_calls=500)
         monkeypatch.setattr(plc, "vectors_of", few)
 
 

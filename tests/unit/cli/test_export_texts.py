@@ -80,9 +80,10 @@ def texts_of(dialect: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dic
     words += [*DIALECTS[dialect], "--name", hostile("q"), "-o", str(folder / "plc")]
     words += ["--limit", "20", "--rate", "0.5", "--plausible", "5:80"]
     monkeypatch.setattr(_export_files, "exported_of", of_a_machine)
-    few = partial(vectors_of, most_rows=5, most_calls=50)
+    few = partial(vectors_of, most_calls=50)
     monkeypatch.setattr(plc, "vectors_of", few)
-    return dict(_export_files.export_of(parser.parse_args(words)).files)
+    files = _export_files.export_of(parser.parse_args(words)).files
+    return {name: content.decode("utf-8") for name, content in files.items()}
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)

@@ -296,6 +296,26 @@ def quiet_inputs(
     return told
 
 
+def scenario_steps(settings: PlcSettings, *, hours: float, seed: int) -> Iterator[PlcStep]:
+    """Yield hours without a fault: a warm-up of three, then a wave and noise; enabled."""
+    rng = random.Random(seed)  # noqa: S311 - a test that can be repeated
+    block, sent = CycleBlock(settings), (0.0,) * len(settings.names.outputs)
+    for call in range(round(hours * 3600.0 / settings.cycle_s)):
+        seconds = call * settings.cycle_s
+        values = [
+            20.0
+            + (6.0 + 1.5 * k) * min(seconds / 10_800.0, 1.0)
+            + 1.5 * math.sin(math.tau * seconds / (5400.0 + 900.0 * k))
+            + rng.uniform(-0.05, 0.05)
+            for k in range(len(settings.names.channels))
+        ]
+        told = quiet_inputs(settings, [round(t, 2) for t in values], sent) | {"enable": call > 0}
+        inputs = inputs_of(settings, told)
+        said = block.step(inputs)
+        sent = said.correction_um
+        yield PlcStep(inputs, said)
+
+
 class CycleDriver:
     """`cycle` called as the block is, with what it says itself."""
 

@@ -26,7 +26,14 @@ from tests.unit.plc.equal_parts import (
     texts_of,
 )
 from tests.unit.plc.mutants import every_mutant, unnoticed
-from tests.unit.plc.plc_scenarios import inputs_of, paper_model, quiet_inputs, random_settings, wide
+from tests.unit.plc.plc_scenarios import (
+    inputs_of,
+    paper_model,
+    quiet_inputs,
+    random_settings,
+    scenario_steps,
+    wide,
+)
 from tests.unit.plc.st_to_c import bare, st_as_c
 from tests.unit.plc.test_block import a_large_model, one_section
 from thermaxis.compensation import Limits
@@ -38,7 +45,6 @@ from thermaxis.plc import (
     CycleBlock,
     PlcStep,
     c_library as library_in_c,
-    scenario_steps,
     st_library,
 )
 

@@ -10,7 +10,6 @@ import pytest
 from tests.unit.plc.compiled import Compiled, compiled
 from tests.unit.plc.plc_scenarios import inputs_of, random_settings
 from thermaxis.compensation import Compensation, Limits, Part, Reason, SensorRules
-from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_model
 from thermaxis.plc import (
     TOLERANCE_UM,
@@ -22,7 +21,7 @@ from thermaxis.plc import (
     interface_of,
     vectors_of,
 )
-from thermaxis.plc.vectors import MOST_ROWS, ODD, by_variable
+from thermaxis.plc.vectors import ODD, by_variable
 from thermaxis.runtime import read_machine
 
 
@@ -102,7 +101,6 @@ def require_promised(settings: PlcSettings, *, reaches: bool) -> None:
     rows = rows_of(found.text)
     model = settings.compensation.model
     assert (len(rows), sum(int(row["calls"]) for row in rows)) == (found.rows, found.calls)
-    assert found.rows < MOST_ROWS
     assert {row["state"] for row in rows} == set("012345")
     for name in (
         "init",
@@ -198,15 +196,6 @@ def test_what_does_not_fit_into_the_calls_is_named_and_said_where_it_was_cut() -
 
 def test_the_same_settings_give_the_same_bytes() -> None:
     assert vectors_of(random_settings(5)).text == vectors_of(random_settings(5)).text
-
-
-def test_a_table_ends_after_its_rows_and_says_so() -> None:
-    settings = random_settings(5)
-    text = vectors_of(settings, most_rows=20).text
-    assert len(rows_of(text)) <= 20
-    assert "\n# cut: " in text
-    with pytest.raises(ConfigurationError):
-        vectors_of(settings, most_rows=0)
 
 
 def test_every_channel_reads_every_odd_value_alone_and_then_jumps() -> None:

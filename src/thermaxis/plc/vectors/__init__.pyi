@@ -1,7 +1,5 @@
 from ._call_sequence import (
-    MOST_ROWS as MOST_ROWS,
     CallSequence as CallSequence,
-    scenario_steps as scenario_steps,
 )
 from ._phases import (
     ODD as ODD,

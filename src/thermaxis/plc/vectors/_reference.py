@@ -1,7 +1,7 @@
 """What the exported block must say: `cycle` itself, called as a PLC calls the block."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple, TypeAlias, cast, final
@@ -39,90 +39,60 @@ _LARGEST_GAP_S = 1e9
 _ENUMERATIONS = (SupervisorState, Reason, Outcome, SampleQuality, Quality)
 # By member, not by its word: two enumerations may share one.
 _PLACES = {id(member): k for one in _ENUMERATIONS for k, member in enumerate(one)}
-_RATE_SHARE, _BAND_SHARE, _APART_UM = 2e-5, 2e-4, 0.02
 
 
 class PlcInputs(NamedTuple):
-    """Inputs of the block in one call. Numbers may be NaN or infinite."""
+    """Inputs of the block in one call, as `Interface` names them: those in the plural are tuples.
+
+    Temperatures and their status by channel [degC], trims and what the control reports by output
+    [µm]; the time since the last call [s] and the diameter [mm]. Numbers may be NaN or infinite.
+    """
 
     cycle_time_s: float
-    """Measured time since the last call; the nominal one in the first. [s]"""
     enable: bool
-    """Level: a rising edge enables, a falling one disables; no level of the first call, nor a
-    trim, asks for anything."""
     hold: bool
-    """Level: while it is TRUE a compensation that is enabled and without a fault is held, also one
-    that is enabled meanwhile; a falling edge resumes."""
     reset: bool
-    """A rising edge acknowledges."""
     diameter_mm: float
-    """Clamping diameter of the workpiece. [mm]"""
     diameter_known: bool
-    """Whether it is stated; else the gain at the tool centre point is used."""
     temperatures_c: _Floats
-    """By channel of the model. [degC]"""
     ok: tuple[bool, ...]
-    """Whether the status of each is good."""
     trims_um: _Floats
-    """By output; a value that differs from that of the last call is a request. [µm]"""
     interlocks_met: bool
-    """Whether every condition is met."""
     connected: bool
-    """Whether the machine can be written to."""
     other_compensation: bool
-    """Whether another compensation is active on an axis."""
     read_um: _Floats
-    """What the machine reports as the offset that was written last, by output. [µm]"""
     read_ok: bool
-    """Whether that could be read."""
     init: bool = False
-    """Whether the PLC was switched on before this call: nothing of the block's memory counts."""
 
 
 class PlcOutputs(NamedTuple):
-    """Outputs of the block after one call."""
+    """Outputs of the block after one call, as `Interface` names them.
+
+    By output what is written, what the model says, what is wanted before rate and supervisor, trim
+    and distance [µm], weight [1] and limit; by part what it contributes [µm]; by channel its place
+    in `SampleQuality`. State and words are places and bits of the enumerations. [1]
+    """
 
     correction_um: _Floats
-    """What is to be written, by output. [µm]"""
     model_um: _Floats
-    """Displacement by output. [µm]"""
     wanted_um: _Floats
-    """The correction before rate and supervisor, by output. [µm]"""
     weight: _Floats
-    """Weight of the model by output. [1]"""
     at_limit: tuple[bool, ...]
-    """Whether the model asks for more than the magnitude, by output."""
     added_um: _Floats
-    """Trim in force, by output; 0 once it has expired. [µm]"""
     to_go_um: _Floats
-    """Distance of the correction from what is wanted, by output. [µm]"""
     parts_um: _Floats
-    """What every part contributes, in the order of the outputs. [µm]"""
     qualities: tuple[int, ...]
-    """What was wrong with each channel: place in `SampleQuality`. [1]"""
     state: int
-    """Place in `SupervisorState`. [1]"""
     enabled: bool
-    """Whether it was enabled."""
     held: bool
-    """Whether the hold of an operator is in force, or has expired."""
     linked: bool
-    """Whether the corrections may be written: the machine can be reached, and the offset that
-    stood there was taken over."""
     settled: bool
-    """Whether every correction is what the model asks for, as `CycleOutput.settled` says."""
     standing: bool
-    """Whether it is Off, and an offset stands that nobody commands."""
     fault_word: int
-    """Sum of 2**k over the reasons, k the place in `Reason`. [1]"""
     model_quality: int
-    """0 good, 1 held, 2 bad. [1]"""
     outcome_word: int
-    """Sum of 2**k over the outcomes, k the place in `Outcome`. [1]"""
     refused: bool
-    """Whether a request of this call was refused."""
     heartbeat: int
-    """Counts the calls to 32767, then begins at 0 again. [1]"""
 
 
 _STEMS = {
@@ -145,12 +115,11 @@ _STEMS = {
 @cache
 def variable_names(names: PlcNames, fields: tuple[str, ...]) -> dict[str, tuple[str, ...] | str]:
     """Return the variables of the block, one or several, by the field that has their values."""
-    made: dict[str, tuple[str, ...] | str] = {}
-    for field in fields:
-        prefix, stems = _STEMS.get(field, ("", ""))
-        several: tuple[str, ...] = getattr(names, stems) if stems else ()
-        made[field] = tuple([f"{prefix}_{stem}" for stem in several]) if prefix else field
-    return made
+    several = {
+        field: tuple([f"{prefix}_{stem}" for stem in getattr(names, stems)])
+        for field, (prefix, stems) in _STEMS.items()
+    }
+    return {field: several.get(field, field) for field in fields}
 
 
 def by_variable(names: PlcNames, values: PlcInputs | PlcOutputs) -> dict[str, Cell]:
@@ -189,16 +158,9 @@ class CycleBlock:
         self.settings, self._line = settings, line
         self._outputs = settings.compensation.model.outputs
         self._values: dict[str, Cell] = {}
-        self._others: tuple[CycleBlock, ...] = ()
         self.cycle_output: CycleOutput | None = None
         """What `cycle` itself said in the last call."""
-        self.judged = True
-        """Whether no rounding of REAL may move a change of state by this call; see `beside`."""
         self._switch_on()
-
-    def beside(self, others: Iterable["CycleBlock"]) -> None:
-        """Let other blocks do the same calls: where one says other words nothing is judged."""
-        self._others = tuple(others)
 
     def _switch_on(self) -> None:
         count = len(self._outputs)
@@ -224,55 +186,33 @@ class CycleBlock:
         PlcOutputs
             Outputs after the call.
         """
-        if not self.settings.double:
-            inputs = held_in_real(inputs)
-        line = self._line
-        if line is None:
-            return self._beside_others(inputs)
         if inputs.init:
             self._switch_on()
+        if not self.settings.double:
+            inputs = PlcInputs(*map(_in_real, inputs))
+        return self._call(inputs) if self._line is None else self._line_call(self._line, inputs)
+
+    def values(self) -> Mapping[str, Cell]:
+        """Return every input and output of the last call with a line by its name."""
+        return self._values
+
+    def _line_call(self, line: LineSettings, inputs: PlcInputs) -> PlcOutputs:
         told = _line_inputs(line, inputs.read_um)
         away_um = _away_um(line, tuple(told.values()), self._written)
         read_um = tuple(c + d for c, d in zip(self._in_force, away_um, strict=True))
         inputs = inputs._replace(read_um=read_um)
-        outputs = self._beside_others(inputs)
-        bounds = self.settings.compensation.bounds
-        outside = any(
-            abs(before_um) > b.total_um for before_um, b in zip(self._before, bounds, strict=True)
-        )
-        said = _laid(line, outputs.correction_um, tuple(b.total_um for b in bounds), free=outside)
+        outputs = self._call(inputs)
+        totals_um = tuple(b.total_um for b in self.settings.compensation.bounds)
+        outside = any(abs(c) > most for c, most in zip(self._before, totals_um, strict=True))
+        said = _laid(line, outputs.correction_um, totals_um, free=outside)
         names = self.settings.names
         self._values = by_variable(names, inputs) | by_variable(names, outputs) | told | said
         self._in_force = outputs.correction_um
-        k0_mm, slope = said["k0_mm"], said["slope"]
-        self._written = k0_mm, slope
-        return outputs._replace(
-            correction_um=tuple(
-                line.um_per_mm * (k0_mm + slope * (p - line.origin_mm)) for p in line.positions_mm
-            )
-        )
+        self._written = k0_mm, slope = said["k0_mm"], said["slope"]
+        there_um = [line.um_per_mm * (k0_mm + slope * way) for way in _ways_mm(line)]
+        return outputs._replace(correction_um=tuple(there_um))
 
-    def values(self) -> Mapping[str, Cell]:
-        """Return every input and output of the last call with a line by its name.
-
-        Returns
-        -------
-        mapping of str to float, bool or int
-            The values.
-        """
-        return self._values
-
-    def _beside_others(self, inputs: PlcInputs) -> PlcOutputs:
-        outputs = self.call(inputs)
-        self.judged = True
-        for other in self._others:
-            self.judged &= _near(other.call(inputs), outputs)
-        return outputs
-
-    def call(self, inputs: PlcInputs) -> PlcOutputs:
-        """Do one call with numbers that the target holds, without line and without others."""
-        if inputs.init:
-            self._switch_on()
+    def _call(self, inputs: PlcInputs) -> PlcOutputs:
         settings, compensation = self.settings, self.settings.compensation
         ends_s = (settings.shortest_cycle_s, settings.longest_cycle_s)
         shortest_s, longest_s = (rounded(s, double=settings.double) for s in ends_s)
@@ -281,7 +221,7 @@ class CycleBlock:
         if gap:
             self._gaps_s += min(inputs.cycle_time_s, _LARGEST_GAP_S)
             # After a gap the block moves by no more than in any other call.
-            compensation = _with_limits(
+            compensation = with_limits(
                 compensation, {"largest_rate_um_per_s": 1.0 / LONGEST_STEP_CYCLES}
             )
         self._good_calls += in_time
@@ -379,27 +319,7 @@ def words_of(outputs: PlcOutputs) -> PlcOutputs:
     )
 
 
-def block_beside_others(settings: PlcSettings, line: LineSettings | None = None) -> CycleBlock:
-    """Return a block for vectors: in REAL it runs beside others of nearly the same limits.
-
-    A correction that goes to zero in equal steps arrives a call earlier or later by rounding
-    alone, and with it a state changes; a goal at the edge of the deadband is taken or not. Where
-    rates and deadbands that differ by a few roundings say the same, so does the target.
-    """
-    block = CycleBlock(settings, line)
-    if not settings.double:
-        rates = [{"largest_rate_um_per_s": 1.0 + share} for share in (-_RATE_SHARE, _RATE_SHARE)]
-        bands = [{"deadband_um": 1.0 + share} for share in (-_BAND_SHARE, _BAND_SHARE)]
-        has_band = any(bounds.deadband_um for bounds in settings.compensation.bounds)
-        some = [*rates, *(bands if has_band else [])]
-        block.beside(
-            CycleBlock(replace(settings, compensation=_with_limits(settings.compensation, changes)))
-            for changes in some
-        )
-    return block
-
-
-def _with_limits(compensation: Compensation, times: Mapping[str, float]) -> Compensation:
+def with_limits(compensation: Compensation, times: Mapping[str, float]) -> Compensation:
     limits = {
         name: replace(one, **{key: share * getattr(one, key) for key, share in times.items()})
         for name, one in compensation.limits.items()
@@ -407,29 +327,8 @@ def _with_limits(compensation: Compensation, times: Mapping[str, float]) -> Comp
     return replace(compensation, limits=limits)
 
 
-def _near(one: PlcOutputs, other: PlcOutputs) -> bool:
-    """Whether two blocks say the same words, and corrections that rounding may make different."""
-    pairs = zip(one.correction_um, other.correction_um, strict=True)
-    return words_of(one) == words_of(other) and all(abs(a - b) <= _APART_UM for a, b in pairs)
-
-
-def held_in_real(inputs: PlcInputs) -> PlcInputs:
-    """Return the inputs with the numbers that REAL holds."""
-
-    def held(values: _Floats) -> _Floats:
-        return tuple(rounded(value, double=False) for value in values)
-
-    return inputs._replace(
-        cycle_time_s=rounded(inputs.cycle_time_s, double=False),
-        diameter_mm=rounded(inputs.diameter_mm, double=False),
-        temperatures_c=held(inputs.temperatures_c),
-        trims_um=held(inputs.trims_um),
-        read_um=held(inputs.read_um),
-    )
-
-
 def _in_real(part: Any) -> Any:
-    """Return a part of a compensation with the numbers that REAL holds."""
+    """Return a part of a compensation, or an input, with the numbers that REAL holds."""
     if isinstance(part, float):
         return rounded(part, double=False)
     if isinstance(part, tuple):
@@ -456,15 +355,18 @@ def _line_inputs(line: LineSettings, read_um: _Floats) -> dict[str, float]:
     return {"read_k0_mm": k0_mm, "read_slope": slope, "read_reference_mm": line.origin_mm}
 
 
+def _ways_mm(line: LineSettings) -> list[float]:
+    return [position_mm - line.origin_mm for position_mm in line.positions_mm]
+
+
 def _away_um(line: LineSettings, read: _Floats, written: tuple[float, float]) -> _Floats:
     """Return how far the control's line is from the one that was written, by position. [µm]"""
-    k0_mm, slope, reference_mm = read
     if not all(abs(value) <= LARGEST_READ for value in read):
         return (UNREAD_UM,) * len(line.positions_mm)
+    k0_mm, slope, reference_mm = read
     return tuple(
-        ((k0_mm + slope * (p - reference_mm)) - (written[0] + written[1] * (p - line.origin_mm)))
-        * line.um_per_mm
-        for p in line.positions_mm
+        ((k0_mm + slope * (p - reference_mm)) - (written[0] + written[1] * way)) * line.um_per_mm
+        for p, way in zip(line.positions_mm, _ways_mm(line), strict=True)
     )
 
 
@@ -476,20 +378,15 @@ def _laid(
     for to_k0, to_slope, c in zip(*line.weights(), correction_um, strict=True):
         k0_mm += to_k0 * c
         slope += to_slope * c
-    limited = False
+    laid = (k0_mm, slope)
     if not free:
-        laid = (k0_mm, slope)
         bounds = line.bounds(totals_um)
         k0_mm, slope = (min(max(v, -b), b) for v, b in zip(laid, bounds, strict=True))
-        limited = (k0_mm, slope) != laid
-    residual_um = max(
-        abs(c - (k0_mm + slope * (p - line.origin_mm)) * line.um_per_mm)
-        for c, p in zip(correction_um, line.positions_mm, strict=True)
-    )
+    pairs = zip(correction_um, _ways_mm(line), strict=True)
     return {
         "k0_mm": k0_mm,
         "slope": slope,
         "reference_mm": line.origin_mm,
-        "residual_um": residual_um,
-        "line_limited": limited,
+        "residual_um": max(abs(c - (k0_mm + slope * way) * line.um_per_mm) for c, way in pairs),
+        "line_limited": (k0_mm, slope) != laid,
     }

@@ -1,22 +1,22 @@
 """The simulated plant around an exported block: machine, sensors and people.
 
 It is closed: what the machine reports as its offset follows what the block has written in the call
-before. Seeded, and made of sums, products and a small generator of its own alone: the same
-settings give the same inputs on every computer.
+before. Seeded, and made of sums and products alone: the same settings give the same inputs on every
+computer.
 """
 
 from collections.abc import Iterator, Sequence
+from random import Random
 from typing import NamedTuple, Protocol, final
 
 from thermaxis.compensation import STATED, Part, SupervisorState
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.vectors._reference import PlcInputs, PlcOutputs
 
-NEAR_SHARE = 0.8
-"""Share of the read-back's tolerance by which the reported offset may be away. [1]"""
+# Of the read-back's tolerance: least squares through positions may enlarge what a control rounds.
+_NEAR_SHARE = 0.4
 _STEP_C = 0.01
 _OFF = list(SupervisorState).index(SupervisorState.OFF)
-_MASK = 2**64 - 1
 _MARGIN_CALLS = 3
 _SHARES = (0.95, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.08, 0.05, 0.03)
 _HALVINGS = 12
@@ -42,28 +42,6 @@ class SequenceBlock(Protocol):
 
 
 @final
-class _Chance:
-    """A small generator of random numbers; the same on every computer.
-
-    References
-    ----------
-    Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators (SplitMix64).
-    """
-
-    def __init__(self, seed: int) -> None:
-        self._state = seed & _MASK
-
-    def uniform(self, lowest: float, highest: float) -> float:
-        """Return a number from the lowest to below the highest."""
-        self._state = (self._state + 0x9E3779B97F4A7C15) & _MASK
-        z = self._state
-        z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & _MASK
-        z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & _MASK
-        z ^= z >> 31
-        return lowest + (highest - lowest) * ((z >> 11) * 2.0**-53)
-
-
-@final
 class SimulatedPlant:
     """Machine, sensors and people around the block; without noise little changes between calls."""
 
@@ -72,7 +50,6 @@ class SimulatedPlant:
         settings: PlcSettings,
         seed: int,
         block: SequenceBlock,
-        near_share: float = NEAR_SHARE,
     ) -> None:
         compensation = settings.compensation
         self.rules, self.model = compensation.supervisor, compensation.model
@@ -88,10 +65,11 @@ class SimulatedPlant:
         self.alive = self._up = False
         self._stood = 0
         self._block = block
-        self._chance = _Chance(seed)
+        # Its numbers are the same on every computer and in every version of Python.
+        self._chance = Random(seed)  # noqa: S311 - noise that can be repeated
         self._margin_k = compensation.validity_margin_k
         self._lowest_weight = compensation.lowest_weight
-        self._near_um = near_share * compensation.supervisor.read_back_tolerance_um
+        self._near_um = _NEAR_SHARE * compensation.supervisor.read_back_tolerance_um
         self.offset_um = [0.0] * len(self.bounds)
         self._reported_um = [0.0] * len(self.bounds)
         self.usual: PlcInputs = PlcInputs(
@@ -185,7 +163,7 @@ class SimulatedPlant:
         return tuple(self._reported_um)
 
     def _seen(self, true_c: float) -> float:
-        noise_c = self._chance.uniform(-self.noise_c, self.noise_c) if self.noise_c else 0.0
+        noise_c = self.noise_c * (2.0 * self._chance.random() - 1.0) if self.noise_c else 0.0
         return round((true_c + noise_c) / _STEP_C) * _STEP_C
 
     def _warm(self) -> None:

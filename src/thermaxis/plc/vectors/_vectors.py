@@ -7,43 +7,38 @@ shows them, but is no way to hand LREAL on. One writer for the block with and wi
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import groupby
 from typing import NamedTuple, final
 
-from thermaxis.codes import Place
 from thermaxis.compensation import Outcome, Reason, SampleQuality, SupervisorState
-from thermaxis.errors import ConfigurationError
-from thermaxis.plc._interface import NEVER_OUTCOMES, NEVER_QUALITIES, Kind, Variable, interface_of
+from thermaxis.plc._interface import NEVER_OUTCOMES, NEVER_QUALITIES, Kind, interface_of
 from thermaxis.plc._line import LineSettings
 from thermaxis.plc._numbers import rounded
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.vectors._call_sequence import (
-    MOST_CALLS,
-    MOST_ROWS,
-    CallSequence,
-)
+from thermaxis.plc.vectors._call_sequence import MOST_CALLS, CallSequence
 from thermaxis.plc.vectors._phases import LONG_ROW_CALLS
 from thermaxis.plc.vectors._reference import (
     Cell,
+    CycleBlock,
     PlcInputs,
     PlcOutputs,
-    block_beside_others,
     by_variable,
+    with_limits,
     words_of,
 )
-from thermaxis.plc.vectors._simulated_plant import NEAR_SHARE
+from thermaxis.plc.vectors._simulated_plant import PlcStep
 
 DEFAULT_SEED = 1
 """Seed of the noise in the vectors. [1]"""
 LINE_LIMITED = "line_limited 1 - the limits of the corrections keep the line within its bounds"
 """What the rows of a block with a line have not: its bounds stand behind those limits."""
-_LIMITED = "line_limited"
 TOLERANCE_UM = 0.002
 """Largest difference of a number in REAL from the vectors. [µm]"""
-_LARGEST_ROWS = 1_000_000
 _DIGITS = {True: 17, False: 9}
-# Least squares through several positions may enlarge what a control rounds.
-_LINE_SHARE = 0.4
+_RATE_SHARE, _BAND_SHARE, _APART_UM = 2e-5, 2e-4, 0.02
 
 
 @final
@@ -62,12 +57,21 @@ class Vectors(NamedTuple):
     """Where the course was cut, in words."""
 
 
+class _Row(NamedTuple):
+    """Calls with the same inputs and words."""
+
+    calls: int
+    inputs: PlcInputs
+    outputs: PlcOutputs
+    """After the last call."""
+    line: Mapping[str, Cell]
+    """The block's own values where there is a line; else empty."""
+    judged: bool
+    """Whether the target must say the same."""
+
+
 def vectors_of(
-    settings: PlcSettings,
-    line: LineSettings | None = None,
-    *,
-    most_rows: int = MOST_ROWS,
-    most_calls: int = MOST_CALLS,
+    settings: PlcSettings, line: LineSettings | None = None, *, most_calls: int = MOST_CALLS
 ) -> Vectors:
     """Return the test vectors: the sequence through every state and every refusal it can reach.
 
@@ -77,240 +81,166 @@ def vectors_of(
         What is exported.
     line : LineSettings, optional
         The line. Default: there is none.
-    most_rows : int
-        Rows after which the table ends; the phases of the sequence share them. Default:
-        `MOST_ROWS`. [1]
     most_calls : int
-        Calls after which the sequence ends. Default: `MOST_CALLS`. [1]
+        Calls after which the sequence ends; its phases share them. Default: `MOST_CALLS`. [1]
 
     Returns
     -------
     Vectors
         The table; the same settings give the same bytes.
-
-    Raises
-    ------
-    ConfigurationError
-        If `most_rows` is not from 1 to a million.
     """
-    if not 1 <= most_rows <= _LARGEST_ROWS:
-        raise ConfigurationError(
-            "outside_range",
-            value=most_rows,
-            least=1,
-            most=_LARGEST_ROWS,
-            place=Place(key="most_rows"),
-        )
-    block = block_beside_others(settings, line)
     face = interface_of(settings, line)
     variables = (*face.inputs, *face.outputs)
-    sequence = CallSequence(
-        settings,
-        seed=DEFAULT_SEED,
-        most_rows=most_rows,
-        most_calls=most_calls,
-        block=block,
-        near_share=NEAR_SHARE if line is None else _LINE_SHARE,
-    )
-    seen = _Seen(settings, line)
+    block = CycleBlock(settings, line)
+    sequence = CallSequence(settings, seed=DEFAULT_SEED, most_calls=most_calls, block=block)
+    seen: set[str] = set()
     rows: list[str] = []
     calls = 0
-    cuts: list[str] = []
-    made = (
-        _Call(inputs, outputs, {} if line is None else block.values(), block.judged)
-        for inputs, outputs in sequence.steps()
-    )
-    for run in _runs(made):
-        if len(rows) == most_rows:
-            cuts.append(f"the table after {calls} calls for want of rows")
-            break
-        seen.note(run)
-        rows.append(_row(settings, run, variables, first=calls + 1))
-        calls += run.calls
-    cuts += sequence.cuts
-    missing = seen.missing()
+    before: _Row | None = None
+    for row in _rows(sequence, block, _nearly_the_same(settings, line)):
+        seen.update(_occurring(settings, row, before))
+        values = row.line or {
+            **by_variable(settings.names, row.inputs),
+            **by_variable(settings.names, row.outputs),
+        }
+        cells = [calls + 1, row.calls, row.judged, *(values[v.name] for v in variables)]
+        rows.append(",".join([_text(cell, double=settings.double) for cell in cells]))
+        calls, before = calls + row.calls, row
+    missing = tuple(one for one in _demanded(settings, line) if one not in seen)
+    cuts = tuple(sequence.cuts)
+    units = [v.unit if v.kind is Kind.NUMBER else v.kind.value for v in variables]
     lines = [
-        *(f"# {text}" for text in _head(settings, line, calls, (*missing,), (*cuts,))),
+        *(f"# {text}" for text in _head(settings, line, calls, missing, cuts)),
         ",".join(["call", "calls", "compare", *(v.name for v in variables)]),
-        "# unit," + ",".join(["1", "BOOL", *map(_unit, variables)]),
+        "# unit," + ",".join(["1", "BOOL", *units]),
         *rows,
     ]
-    return Vectors("\n".join([*lines, ""]), len(rows), calls, missing, tuple(cuts))
+    return Vectors("\n".join([*lines, ""]), len(rows), calls, missing, cuts)
 
 
-# ---- calls --------------------------------------------------------------------------------------
+def _rows(
+    sequence: CallSequence, block: CycleBlock, others: tuple[CycleBlock, ...]
+) -> Iterator[_Row]:
+    """Return the calls of a sequence; where others say other words nothing is judged."""
+
+    def called(step: PlcStep) -> _Row:
+        near = [_near(other.step(step.inputs), step.outputs) for other in others]
+        return _Row(1, *step, block.values(), all(near))
+
+    for _, same in groupby(map(called, sequence.steps()), _words):
+        ((calls, last),) = deque(enumerate(same, 1), maxlen=1)
+        yield last._replace(calls=calls)
 
 
-class _Call(NamedTuple):
-    inputs: PlcInputs
-    outputs: PlcOutputs
-    line: Mapping[str, Cell]
-    """The block's own values where there is a line; else empty."""
-    judged: bool
-    """Whether the target must say the same."""
+def _words(row: _Row) -> tuple[object, ...]:
+    return repr(row.inputs), words_of(row.outputs), row.judged, row.line.get("line_limited")
 
 
-class _Run(NamedTuple):
-    """Calls with the same inputs."""
+def _nearly_the_same(settings: PlcSettings, line: LineSettings | None) -> tuple[CycleBlock, ...]:
+    """Return blocks that show in REAL what rounding may change: there are none in LREAL.
 
-    first: _Call
-    calls: int
-    last: _Call
-
-
-def _runs(made: Iterable[_Call]) -> Iterator[_Run]:
-    run: _Run | None = None
-    for call in made:
-        if run is not None and _same(run, call):
-            run = _Run(run.first, run.calls + 1, call)
-            continue
-        if run is not None:
-            yield run
-        run = _Run(call, 1, call)
-    if run is not None:
-        yield run
-
-
-def _same(run: _Run, call: _Call) -> bool:
-    """Return whether a call belongs to a run."""
-    return (
-        words_of(run.last.outputs) == words_of(call.outputs)
-        and run.last.judged == call.judged
-        and run.last.line.get(_LIMITED) == call.line.get(_LIMITED)
-        and repr(run.first.inputs) == repr(call.inputs)
+    A correction that goes to zero in equal steps arrives a call earlier or later by rounding
+    alone, and with it a state changes; a goal at the edge of the deadband is taken or not. Where
+    rates and deadbands that differ by a few roundings say the same, so does the target.
+    """
+    if settings.double:
+        return ()
+    compensation = settings.compensation
+    changes = [("largest_rate_um_per_s", share) for share in (-_RATE_SHARE, _RATE_SHARE)]
+    if any(bounds.deadband_um for bounds in compensation.bounds):
+        changes += [("deadband_um", share) for share in (-_BAND_SHARE, _BAND_SHARE)]
+    return tuple(
+        CycleBlock(
+            replace(settings, compensation=with_limits(compensation, {key: 1.0 + share})), line
+        )
+        for key, share in changes
     )
+
+
+def _near(one: PlcOutputs, other: PlcOutputs) -> bool:
+    """Whether two blocks say the same words, and corrections that rounding may make different."""
+    pairs = zip(one.correction_um, other.correction_um, strict=True)
+    return words_of(one) == words_of(other) and all(abs(a - b) <= _APART_UM for a, b in pairs)
 
 
 # ---- what is in them ----------------------------------------------------------------------------
 
 
-@final
-class _Seen:
-    """What occurs in the rows."""
-
-    def __init__(self, settings: PlcSettings, line: LineSettings | None) -> None:
-        self._settings, self._has_line = settings, line is not None
-        self._states: set[int] = set()
-        self._faults = self._outcomes = 0
-        self._qualities: set[int] = set()
-        self._limits: set[tuple[int, bool]] = set()
-        self._told: set[str] = set()
-        self._longest = 0
-        self._trims: tuple[float, ...] = ()
-        self._trimmed_calls, self._accepted = 0, False
-        self._line_limited = False
-        parts = settings.compensation.model.layout.parts
-        gains = [point for part in parts for point in part.gain_by_diameter]
-        self._diameters = (
-            (min(p.diameter_mm for p in gains), max(p.diameter_mm for p in gains))
-            if gains
-            else None
-        )
-
-    def note(self, run: _Run) -> None:
-        """Note what occurs in a row."""
-        inputs, outputs = run.first.inputs, run.last.outputs
-        self._line_limited |= bool(run.last.line.get(_LIMITED))
-        self._states.add(outputs.state)
-        self._faults |= outputs.fault_word
-        self._outcomes |= outputs.outcome_word
-        self._qualities.update(outputs.qualities)
-        self._longest = max(self._longest, run.calls)
-        for k, (at_limit, wanted_um) in enumerate(
-            zip(outputs.at_limit, outputs.wanted_um, strict=True)
-        ):
-            if at_limit:
-                self._limits.add((k, wanted_um > 0.0))
-        for name, told in (
-            ("a restart", inputs.init),
-            ("a request that is refused", outputs.refused),
-            ("another compensation", inputs.other_compensation),
-            ("a weight below 1", min(outputs.weight) < 1.0),
-            ("a trim that expires", self._expired(run)),
-            (self._workpiece(inputs), any(outputs.parts_um)),
-        ):
-            if told:
-                self._told.add(name)
-
-    def _expired(self, run: _Run) -> bool:
-        trims = run.first.inputs.trims_um
-        if repr(trims) != repr(self._trims) or run.first.inputs.init:
-            self._trims, self._trimmed_calls = trims, 0
-            self._accepted = any(trims) and not run.first.outputs.refused
-        self._trimmed_calls += run.calls
-        longest_s = self._settings.compensation.supervisor.longest_trim_s
-        lasted_s = (self._trimmed_calls - 1) * self._settings.cycle_s
-        return self._accepted and lasted_s > longest_s
-
-    def _workpiece(self, inputs: PlcInputs) -> str:
-        if self._diameters is None:
-            return ""
-        if not inputs.diameter_known:
-            return "no diameter"
-        lowest_mm, highest_mm = self._diameters
-        if lowest_mm <= inputs.diameter_mm <= highest_mm:
-            return "a diameter within the gains"
-        return "a diameter outside the gains"
-
-    def missing(self) -> tuple[str, ...]:
-        """Return what may occur and does not."""
-        return tuple(text for text, there in self._demanded() if not there)
-
-    def _demanded(self) -> Iterator[tuple[str, bool]]:
-        settings = self._settings
-        compensation = settings.compensation
-        parts = compensation.model.layout.parts
-        for k, state in enumerate(SupervisorState):
-            yield f"state {state}", k in self._states
-        for k in range(len(Reason)):
-            yield f"fault_word {2**k}", bool(self._faults & 2**k)
-        ranged = any(part.lowest_k is not None for part in parts)
-        absent = set(NEVER_OUTCOMES)
-        absent |= set() if self._diameters else {Outcome.DIAMETER_HELD}
-        absent |= set() if ranged else {Outcome.OUTSIDE_VALIDITY}
-        for k, outcome in enumerate(Outcome):
-            if outcome not in absent:
-                yield f"outcome_word {2**k}", bool(self._outcomes & 2**k)
-        freezes = any(rule.frozen_s > 0.0 for rule in compensation.rules)
-        for k, quality in enumerate(SampleQuality):
-            if quality not in NEVER_QUALITIES and (freezes or quality != SampleQuality.FROZEN):
-                yield f"quality {k}", k in self._qualities
-        for k, stem in enumerate(settings.names.outputs):
-            for name, upper in (("upper", True), ("lower", False)):
-                yield f"{name} limit of {stem}", (k, upper) in self._limits
-        told = ["a restart", "a request that is refused", "another compensation"]
-        told += (
-            ["a trim that expires"] if any(b.largest_trim_um for b in compensation.bounds) else []
-        )
-        told += ["a weight below 1"] if ranged else []
-        if self._diameters is not None:
-            told += ["no diameter", "a diameter within the gains", "a diameter outside the gains"]
-        for name in told:
-            yield name, name in self._told
-        if self._has_line:
-            yield LINE_LIMITED, self._line_limited
-        yield f"{LONG_ROW_CALLS} calls without a change", self._longest >= LONG_ROW_CALLS
+def _occurring(settings: PlcSettings, row: _Row, before: _Row | None) -> Iterator[str]:
+    """Yield what occurs in a row, as `_demanded` names it."""
+    inputs, outputs = row.inputs, row.outputs
+    yield f"state {list(SupervisorState)[outputs.state]}"
+    for name, word in (
+        ("fault_word", outputs.fault_word),
+        ("outcome_word", outputs.outcome_word),
+    ):
+        yield from (f"{name} {2**k}" for k in range(word.bit_length()) if word & 2**k)
+    yield from (f"quality {quality}" for quality in outputs.qualities)
+    limited = zip(settings.names.outputs, outputs.at_limit, outputs.wanted_um, strict=True)
+    yield from (f"{'upper' if um > 0.0 else 'lower'} limit of {s}" for s, at, um in limited if at)
+    expired = (
+        before is not None
+        and repr(before.inputs.trims_um) == repr(inputs.trims_um)
+        and any(before.outputs.added_um)
+        and not any(outputs.added_um)
+        and not inputs.init
+    )
+    for name, there in (
+        ("a restart", inputs.init),
+        ("a request that is refused", outputs.refused),
+        ("another compensation", inputs.other_compensation),
+        ("a weight below 1", min(outputs.weight) < 1.0),
+        ("a trim that expires", expired),
+        (LINE_LIMITED, row.line.get("line_limited")),
+        (_LONG, row.calls >= LONG_ROW_CALLS),
+    ):
+        if there:
+            yield name
+    edges_mm = _edges_mm(settings)
+    if edges_mm and any(outputs.parts_um):
+        inside = edges_mm[0] <= inputs.diameter_mm <= edges_mm[-1]
+        yield _DIAMETERS[2 if not inputs.diameter_known else not inside]
 
 
-# ---- rows ---------------------------------------------------------------------------------------
+_LONG = f"{LONG_ROW_CALLS} calls without a change"
+_DIAMETERS = ("a diameter within the gains", "a diameter outside the gains", "no diameter")
 
 
-def _unit(variable: Variable) -> str:
-    if variable.kind is not Kind.NUMBER:
-        return variable.kind.value
-    return variable.unit
+def _edges_mm(settings: PlcSettings) -> list[float]:
+    parts = settings.compensation.model.layout.parts
+    return sorted(point.diameter_mm for part in parts for point in part.gain_by_diameter)
 
 
-def _row(settings: PlcSettings, run: _Run, variables: Iterable[Variable], *, first: int) -> str:
-    names, last = settings.names, run.last
-    values = last.line or by_variable(names, last.inputs) | by_variable(names, last.outputs)
-    cells = [
-        first,
-        run.calls,
-        last.judged,
-        *(values[v.name] for v in variables),
-    ]
-    return ",".join([_text(cell, double=settings.double) for cell in cells])
+def _demanded(settings: PlcSettings, line: LineSettings | None) -> Iterator[str]:
+    """Yield what may occur."""
+    compensation = settings.compensation
+    ranged = any(part.lowest_k is not None for part in compensation.model.layout.parts)
+    gained = bool(_edges_mm(settings))
+    yield from (f"state {state}" for state in SupervisorState)
+    yield from (f"fault_word {2**k}" for k in range(len(Reason)))
+    never = {
+        *NEVER_OUTCOMES,
+        *([] if gained else [Outcome.DIAMETER_HELD]),
+        *([] if ranged else [Outcome.OUTSIDE_VALIDITY]),
+    }
+    yield from (f"outcome_word {2**k}" for k, one in enumerate(Outcome) if one not in never)
+    freezes = any(rule.frozen_s > 0.0 for rule in compensation.rules)
+    lacking = {*NEVER_QUALITIES, *([] if freezes else [SampleQuality.FROZEN])}
+    yield from (f"quality {k}" for k, one in enumerate(SampleQuality) if one not in lacking)
+    yield from (f"{w} limit of {s}" for s in settings.names.outputs for w in ("upper", "lower"))
+    yield from ("a restart", "a request that is refused", "another compensation")
+    if any(bounds.largest_trim_um for bounds in compensation.bounds):
+        yield "a trim that expires"
+    if ranged:
+        yield "a weight below 1"
+    if gained:
+        yield from _DIAMETERS
+    if line is not None:
+        yield LINE_LIMITED
+    yield _LONG
+
+
+# ---- text ---------------------------------------------------------------------------------------
 
 
 def _text(cell: Cell, *, double: bool) -> str:
