@@ -69,3 +69,10 @@ from thermaxis.compensation._supervisor import (
     SupervisorState as SupervisorState,
     supervisor_step as supervisor_step,
 )
+from thermaxis.compensation._touches import (
+    OffsetState as OffsetState,
+    Touch as Touch,
+    TouchOutcome as TouchOutcome,
+    TouchRules as TouchRules,
+    touch_step as touch_step,
+)

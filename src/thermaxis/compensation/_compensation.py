@@ -1,4 +1,4 @@
-"""What a machine is compensated with: a model, rules of sensors and supervisor, limits."""
+"""What a machine is compensated with: a model, rules of sensors, supervisor and touches, limits."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -10,6 +10,7 @@ from thermaxis.compensation._limits import Limits
 from thermaxis.compensation._model import CompensationModel
 from thermaxis.compensation._sensors import SensorRules
 from thermaxis.compensation._supervisor import SupervisorRules
+from thermaxis.compensation._touches import TouchRules
 from thermaxis.errors import (
     ConfigurationError,
     require_count,
@@ -26,6 +27,10 @@ LONGEST_STEP_CYCLES = 2.0
 """A cycle that comes late moves the correction by no more than the rate allows in so many cycles:
 time in which nothing ran is no time in which the machine may be moved. [1]"""
 _MOST_INTERLOCKS = 100
+
+
+def _no_touches() -> Mapping[str, TouchRules]:
+    return MappingProxyType({})
 
 
 @final
@@ -64,10 +69,15 @@ class Compensation:
     far outside. Default: five kelvin. [K]"""
     lowest_weight: float = 0.0
     """Weight that is left far outside. Default: none. [1]"""
+    touches: Mapping[str, TouchRules] = field(default_factory=_no_touches)
+    """How touches of the machine's probe are believed, by output of the model. Default: none is
+    looked at."""
     rules: tuple[SensorRules, ...] = field(init=False, repr=False)
     """Rules in the order of `judged`."""
     bounds: tuple[Limits, ...] = field(init=False, repr=False)
     """Limits in the order of the model's outputs."""
+    probed: tuple[TouchRules | None, ...] = field(init=False, repr=False)
+    """Rules of touches in the order of the model's outputs; None where there are none."""
     judged: tuple[str, ...] = field(init=False, repr=False)
     """Names of everything whose samples are judged: the model's channels, then the inputs besides
     that one of them moves with."""
@@ -91,6 +101,10 @@ class Compensation:
                 raise ConfigurationError(code, name=name, place=Place(key="sensors"))
         _match("limits", outputs, self.limits)
         _no_others("redundant", channels, self.redundant)
+        _no_others("touches", outputs, self.touches)
+        for name, own in self.touches.items():
+            most_um = self.limits[name].total_um
+            require_range("touches.limits", own.limits.total_um, 0.0, most_um, name)
         require_range("cycle_s", self.cycle_s, SHORTEST_CYCLE_S, LONGEST_CYCLE_S)
         require_positive("validity_margin_k", self.validity_margin_k, 1e6)
         require_range("lowest_weight", self.lowest_weight, 0.0, 1.0)
@@ -98,6 +112,8 @@ class Compensation:
         require_count("interlocks", len(self.interlocks), 0, _MOST_INTERLOCKS)
         object.__setattr__(self, "sensors", MappingProxyType(dict(self.sensors)))
         object.__setattr__(self, "limits", MappingProxyType(dict(self.limits)))
+        object.__setattr__(self, "touches", MappingProxyType(dict(self.touches)))
+        object.__setattr__(self, "probed", tuple(self.touches.get(name) for name in outputs))
         object.__setattr__(self, "judged", judged)
         object.__setattr__(self, "rules", tuple(self.sensors[name] for name in judged))
         found = (witness.get(name) for name in judged)

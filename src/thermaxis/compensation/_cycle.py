@@ -1,8 +1,8 @@
 """One cycle of the compensation: inputs and requests in, a limited correction out.
 
 The only function that acts on a machine: it answers requests, judges the inputs, advances the
-model, asks the supervisor and limits the correction. Standard library only, no clock, no input or
-output, no exception. The exported PLC block does the same.
+model, believes touches, asks the supervisor and limits the correction. Standard library only, no
+clock, no input or output, no exception. The exported PLC block does the same, without touches.
 """
 
 import math
@@ -47,6 +47,16 @@ from thermaxis.compensation._supervisor import (
     SupervisorState,
     supervisor_step,
 )
+from thermaxis.compensation._touches import (
+    MOST_EXPECTED,
+    Expected,
+    OffsetState,
+    Touch,
+    TouchOutcome,
+    offset_std_um,
+    offset_step,
+    touches_step,
+)
 
 _Floats = tuple[float, ...]
 _RESTARTS = {
@@ -84,6 +94,8 @@ class CycleReading(NamedTuple):
     """Whether another compensation is active on an axis; None (could not be read): lost input."""
     requests: tuple[Request, ...] = ()
     """What is asked, oldest first."""
+    touches: tuple[Touch, ...] = ()
+    """Touches of the probe that have become known since the last cycle, oldest first."""
 
 
 class CycleState(NamedTuple):
@@ -107,6 +119,10 @@ class CycleState(NamedTuple):
     """Trims, by output."""
     diameter_mm: float | None = None
     """Clamping diameter of the workpiece; None for the tool centre point. [mm]"""
+    offsets: tuple[OffsetState, ...] = ()
+    """What touches have left, by output; empty where none are looked at."""
+    expected: Expected = ()
+    """What touches should have shown in the last cycles: model and correction in force."""
 
 
 class CycleOutput(NamedTuple):
@@ -152,6 +168,13 @@ class CycleOutput(NamedTuple):
     """Whether what is asked of the machine is what the model asks for: it follows the model, within
     the limits, and every correction has come as near as `SETTLED_UM` beyond its deadband. Not while
     it is held, fades, catches up after that, or waits for a machine that does not follow."""
+    offset_um: _Floats = ()
+    """What touches add to the corrections, by output; empty where none are looked at. [µm]"""
+    offset_std_um: tuple[float | None, ...] = ()
+    """Standard uncertainty of the tool point since the last touch, by output; None where none are
+    looked at. [µm]"""
+    touch_outcomes: tuple[TouchOutcome, ...] = ()
+    """What became of the touches, in their order."""
 
     @property
     def to_go_um(self) -> _Floats:
@@ -202,10 +225,10 @@ def cycle(
     """Advance the compensation by one cycle.
 
     Requests are answered, every input is validated, the model is advanced, the supervisor decides,
-    and the correction goes where it is allowed to go: towards minus the weighted model plus the
-    trim while active, nowhere while it is held or off, towards zero while it fades; never by more
-    than the rate, never beyond the total. A correction that was found beyond the total stays
-    while it is off, and else comes back at the rate.
+    and the correction goes where it is allowed to go: towards minus the weighted model plus trim
+    and offset of touches while active, nowhere while it is held or off, towards zero while it
+    fades; never by more than the rate, never beyond the total. A correction that was found beyond
+    the total stays while it is off, and else comes back at the rate.
 
     Not protected: the correction is what is asked of the machine. Sign, unit and obedience of the
     axis are the sink's and the commissioning's. The rate holds from cycle to cycle: at a cycle of
@@ -249,12 +272,19 @@ def cycle(
     )
     thermal, model = model_step(compensation.model, state.thermal, read)
     weights = _weights(compensation, thermal, model)
-    wanted_um, at_limit = _wanted(compensation, weights, model, asked.trims)
+    step_s = min(elapsed_s, LONGEST_STEP_CYCLES * compensation.cycle_s)
+    runs = _RESTARTS.isdisjoint(model.outcomes)
+    follows = connected and agrees and other is False and in_force == state.correction_um
+    expected = state.expected if follows else ()
+    touched = _touched(compensation, state, reading, expected, asked, (time_s, step_s), runs=runs)
+    offsets, touch_outcomes = touched
+    offset_um = tuple(one.in_force_um for one in offsets)
+    wanted_um, at_limit = _wanted(compensation, weights, model, asked.trims, offset_um)
 
     unread = None in values or None in reading.interlocks or other is None
     signals = Signals(
         inputs_usable=elapsed_s > 0.0 and not unread and model.quality is not Quality.BAD,
-        model_runs=_RESTARTS.isdisjoint(model.outcomes),
+        model_runs=runs,
         connected=connected,
         interlocks_met=_met(compensation, reading),
         read_back_agrees=agrees,
@@ -270,7 +300,6 @@ def cycle(
 
     goal_um = correction_um = in_force
     if motion is not Motion.STAYS:
-        step_s = min(elapsed_s, LONGEST_STEP_CYCLES * compensation.cycle_s)
         goal_um = {
             Motion.FOLLOWS: wanted_um,
             Motion.TO_ZERO: (0.0,) * len(in_force),
@@ -282,6 +311,11 @@ def cycle(
         correction_um = tuple(limit_step(*row, step_s) for row in rows)
     rows = zip(compensation.bounds, wanted_um, correction_um)
     near = all(abs(w - c) <= limits.deadband_um + SETTLED_UM for limits, w, c in rows)
+    if offsets:
+        rows = zip(correction_um, weights, model.model_um)
+        row = time_s, tuple(c + weight * y for c, weight, y in rows)
+        usable = runs and model.quality is not Quality.BAD
+        expected = (row, *expected[: MOST_EXPECTED - 1]) if usable else ()
 
     new = CycleState(
         thermal,
@@ -293,6 +327,8 @@ def cycle(
         goal_um,
         asked.trims,
         asked.diameter_mm,
+        offsets,
+        expected,
     )
     return new, CycleOutput(
         time_s=_finite(time_s),
@@ -314,6 +350,12 @@ def cycle(
         outcomes=model.outcomes,
         answers=tuple(answers),
         settled=near and motion is Motion.FOLLOWS and not any(at_limit),
+        offset_um=offset_um,
+        offset_std_um=tuple(
+            None if own is None else offset_std_um(own, one, time_s)
+            for own, one in zip(compensation.probed, offsets)
+        ),
+        touch_outcomes=touch_outcomes,
     )
 
 
@@ -436,21 +478,55 @@ def _weights(compensation: Compensation, thermal: ThermalState, model: ModelOutp
     return tuple(max(lowest, 1.0 - k / margin_k) for k in furthest_k)
 
 
+def _touched(
+    compensation: Compensation,
+    state: CycleState,
+    reading: CycleReading,
+    expected: Expected,
+    asked: Asked,
+    clock: tuple[float, float],
+    *,
+    runs: bool,
+) -> tuple[tuple[OffsetState, ...], tuple[TouchOutcome, ...]]:
+    """Return the offsets that touches leave; none is known where the model has started anew."""
+    probed, (time_s, step_s) = compensation.probed, clock
+    if not compensation.touches:
+        return (), ()
+    before = state.offsets if len(state.offsets) == len(probed) else (OffsetState(),) * len(probed)
+    if not runs:
+        before = [one.anew() for one in before]
+    if asked.accepts_sensors:
+        before = [one.anew()._replace(off=False) if one.off else one for one in before]
+    names = [output.name for output in compensation.model.outputs]
+    states, outcomes = touches_step(probed, names, before, expected, reading.touches, time_s)
+    rows = zip(probed, states)
+    moved = (one if own is None else offset_step(own, one, step_s) for own, one in rows)
+    return tuple(moved), outcomes
+
+
 def _wanted(
-    compensation: Compensation, weights: _Floats, model: ModelOutput, trims: tuple[Trim, ...]
+    compensation: Compensation,
+    weights: _Floats,
+    model: ModelOutput,
+    trims: tuple[Trim, ...],
+    offset_um: _Floats,
 ) -> tuple[_Floats, tuple[bool, ...]]:
     """Return what the corrections should be, and whether the model asks for more than allowed.
 
-    Minus the weighted model within the output limit, trimmed, within the total limit.
+    Minus the weighted model within the output limit, with trim and the offset of touches, within
+    the total limit.
     """
     wanted_um: list[float] = []
     at_limit: list[bool] = []
-    trimmed = any(trim.value_um for trim in trims)  # as in the PLC: a zero keeps its sign without
-    for limits, weight, y, trim in zip(compensation.bounds, weights, model.model_um, trims):
+    added_um = [trim.value_um for trim in trims]
+    if offset_um:
+        added_um = [trim_um + own_um for trim_um, own_um in zip(added_um, offset_um)]
+    adds = any(added_um)  # as in the PLC: a zero keeps its sign without
+    for limits, weight, y, more_um in zip(compensation.bounds, weights, model.model_um, added_um):
         c = min(max(-weight * y, -limits.largest_um), limits.largest_um)
         at_limit.append(abs(weight * y) > limits.largest_um)
-        if trimmed:
-            c = min(max(c + trim.value_um, -limits.total_um), limits.total_um)
+        if adds:
+            c = min(max(c + more_um, -limits.total_um), limits.total_um)
         wanted_um.append(c)
     return tuple(wanted_um), tuple(at_limit)
 
@@ -527,6 +603,9 @@ def with_compensation(
         tuple(_of(names, state.goal_um, o.name, 0.0) for o in new.model.outputs),
         tuple(_of(names, state.trims, o.name, Trim()) for o in new.model.outputs),
         state.diameter_mm,
+        tuple(_of(names, state.offsets, o.name, OffsetState()).anew() for o in new.model.outputs)
+        if state.offsets
+        else (),
     )
 
 
@@ -557,6 +636,8 @@ def shifted(state: CycleState, by_s: float) -> CycleState:
         redundant=tuple(_sensor_shifted(sensor, by_s) for sensor in state.redundant),
         memory=state.memory._replace(since_s=state.memory.since_s + by_s),
         time_s=state.time_s + by_s,
+        offsets=tuple(one.shifted(by_s) for one in state.offsets),
+        expected=tuple((since_s + by_s, row) for since_s, row in state.expected),
     )
 
 

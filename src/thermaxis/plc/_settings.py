@@ -77,6 +77,8 @@ class PlcSettings:
             raise ConfigurationError("no_redundant_in_block", place=Place(key="redundant"))
         if not self.double and any(rules.moves_with for rules in compensation.rules):
             raise ConfigurationError("no_witness_in_block", place=Place(key="moves_with"))
+        if compensation.touches:
+            raise ConfigurationError("no_touches_in_block", place=Place(key="touches"))
         if compensation.interlocks != (INTERLOCK,):
             raise ConfigurationError(
                 "one_interlock_in_block", interlock=INTERLOCK, place=Place(key="interlocks")

@@ -18,6 +18,7 @@ from thermaxis.compensation import (
     Section,
     SensorRules,
     SupervisorRules,
+    TouchRules,
 )
 from thermaxis.plc import Block, PlcSettings, export_settings, remark_of
 from thermaxis.plc._numbers import stored
@@ -62,6 +63,14 @@ def test_in_real_no_sensor_moves_with_another_one() -> None:
     assert alone.compensation.rules == plain.rules
     with refused("no_witness_in_block"):
         PlcSettings(compensation=given, double=False)
+
+
+def test_a_block_refuses_touches_that_it_does_not_know() -> None:
+    rules = TouchRules(limits=Limits(1.0, 0.1))
+    given = a_compensation()
+    given = replace(given, touches={given.model.outputs[0].name: rules})
+    with refused("no_touches_in_block"):
+        exported(given)
 
 
 def test_a_delay_becomes_the_nearest_whole_number_of_cycles_and_the_export_says_so() -> None:

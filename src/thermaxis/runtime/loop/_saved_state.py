@@ -141,7 +141,9 @@ class StateFile:
 
 
 def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
-    state = saved.state
+    kept = {**saved.state._asdict(), "thermal": saved.state.thermal._asdict()}
+    for name in ("offsets", "expected"):
+        del kept[name]  # what touches have taught starts anew with the machine
     return {
         "format": STATE_FORMAT,
         "version": STATE_VERSION,
@@ -155,7 +157,7 @@ def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
         "channels": compensation.model.channels,
         "judged": compensation.judged,
         "outputs": [output.name for output in compensation.model.outputs],
-        "state": {**state._asdict(), "thermal": state.thermal._asdict()},
+        "state": kept,
     }
 
 

@@ -1,0 +1,319 @@
+"""What touches of the machine's own probe add: an offset per output, by a scalar Kalman filter.
+
+What the model leaves of a displacement is an offset b that no input explains: a random walk, of
+which nothing is known at first but that it is of the size sigma0 (Kalman 1960; Bar-Shalom, Li and
+Kirubarajan 2001, chapters 5 and 3.4 for the gate)::
+
+    b(t + dt) = b(t) + v          var v = q dt                                                  (1)
+
+A touch shows what is left while the correction c is in force, with the model's y beside it::
+
+    m = y + b + c + n             var n = R                                                     (2)
+
+so that z = m - (c + y) is the offset, touched. Between touches, and by a touch::
+
+    P- = min(P + q dt, sigma0^2)  r = z - b   S = P- + R                                        (3)
+    K = P- / S                    b += K r    P = (1 - K) P-         where r^2 <= gate^2 S       (4)
+
+A touch beyond the gate changes nothing: a chip, another datum, another workpiece. It waits for a
+second one, and two that agree are believed, the second by (4) with the first as what was known.
+
+Whether touches see the correction at all shows between two of them: what they should show has
+changed by D = (c + y)before - (c + y)now. Where they do, r is N(0, S); where they do not (another
+axis, a sign), it is about N(D, S) or further, and the evidence grows by the logarithm of the
+likelihood ratio, D (2 r - D) / (2 S) (Page 1954).
+
+Standard library only; no clock, no exception. `cycle` does the rest.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple, final
+
+from thermaxis.compensation._limits import LARGEST_LIMIT_UM, Limits, limit_step
+from thermaxis.compensation._step import number
+from thermaxis.errors import require_range
+
+MOST_EXPECTED = 64
+"""Cycles back of which what a touch should show is remembered; a touch that comes later than that
+is not used. [1]"""
+SMALLEST_NOISE_UM = 0.01
+"""No touch is better than that. [µm]"""
+LARGEST_EVIDENCE = 5.0
+"""One touch says no more for or against touches that see the correction. [1]"""
+TRIP_EVIDENCE = 15.0
+"""Evidence that touches do not see the correction from which on the offset is off: three touches
+at least, and healthy ones reach it once in exp(15), three million, or less. [1]"""
+
+_HOUR_S = 3600.0
+_Floats = tuple[float, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TouchRules:
+    """How touches at an output are believed, and how far their offset may go.
+
+    Not protected: whether what was touched is where it was. A workpiece that is put in anew, a
+    worn tool and a datum that was set look like a drift, and the correction follows them within
+    these limits. A trim is added on top: whoever trims away what a touch has shown does it twice.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number is out of its range.
+    """
+
+    limits: Limits
+    """Limit and rate of the offset, inside those of the correction; there is no default."""
+    noise_um: float = 1.0
+    """Standard deviation of a touch that states none. Default: that of a touch probe. [µm]"""
+    drift_um_per_root_h: float = 2.0
+    """Root of q: standard deviation by which the offset drifts in one hour. Default: what a model
+    from touches leaves on FL_THERMAL. [µm/√h]"""
+    start_um: float = 5.0
+    """sigma0, standard deviation of what the model leaves where nothing was touched for long;
+    nothing is ever known worse. Default: with it a single touch that is off by 50 µm lies three
+    times beyond the gate. [µm]"""
+    gate: float = 3.0
+    """A touch further from what is known, in standard deviations, asks for a second one. Default:
+    three, one healthy touch in 370. [1]"""
+    confirm_s: float = 600.0
+    """Time within which a second touch confirms the first. Default: ten minutes. [s]"""
+    acts: bool = False
+    """Whether the offset is added to the correction, or only shown. Default: shown, until its sign
+    and size were proven on the machine."""
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for name in ("noise_um", "drift_um_per_root_h", "start_um", "gate"):
+            require_range(name, getattr(self, name), SMALLEST_NOISE_UM, 1000.0)
+        require_range("confirm_s", self.confirm_s, 0.0, 86_400.0)
+
+
+class Touch(NamedTuple):
+    """One probing. Whatever a source sends, `cycle` survives it."""
+
+    output: str
+    """Output that it is a displacement of."""
+    value_um: float
+    """Tool point relative to workpiece while the correction was in force, positive away. [µm]"""
+    time_s: float
+    """When it was taken, on the clock of the cycle. [s]"""
+    number: int = 0
+    """Its number: one that has the number of the last one is that one again. [1]"""
+    noise_um: float | None = None
+    """Its standard deviation; None for that of the rules. [µm]"""
+
+
+class TouchOutcome(StrEnum):
+    """What became of a touch."""
+
+    BELIEVED = "believed"
+    """The offset was renewed by it."""
+    CONFIRMED = "confirmed"
+    """It agrees with the one before, which was excluded: both are believed."""
+    EXCLUDED = "excluded"
+    """What is known excludes it: nothing was changed, a second touch is wanted."""
+    REPEATED = "repeated"
+    """It is the last one again, or older than the last one."""
+    UNTIMELY = "untimely"
+    """What was in force at its time is not known: too late, too early, or the machine not read."""
+    UNUSABLE = "unusable"
+    """It is no number, or nothing that a machine can show."""
+    UNKNOWN_OUTPUT = "unknown_output"
+    """It belongs to no output that is touched."""
+    NO_EFFECT = "no_effect"
+    """Touches do not see the correction, or with the wrong sign: the offset goes to zero at its
+    rate, and stays off until somebody acknowledges."""
+
+
+class Belief(NamedTuple):
+    """What is known of an offset: b and P of equations (1) to (4)."""
+
+    offset_um: float
+    """Displacement that the model lacks. [µm]"""
+    variance_um2: float
+    """Its variance at that time. [µm²]"""
+    time_s: float
+    """When it was touched last. [s]"""
+
+
+class OffsetState(NamedTuple):
+    """What a cycle leaves of the touches of one output."""
+
+    belief: Belief | None = None
+    """What is known; None before the first touch."""
+    suspect: Belief | None = None
+    """A touch that was excluded and waits for a second one."""
+    in_force_um: float = 0.0
+    """What is added to the correction, on its way to minus the offset. [µm]"""
+    off: bool = False
+    """Whether touches did not see the correction, and nobody has acknowledged it."""
+    evidence: float = 0.0
+    """Evidence that they do not. [1]"""
+    expected_um: float = 0.0
+    """c + y at the last touch that was believed. [µm]"""
+    touched_s: float = -math.inf
+    """Time of the last touch, believed or not. [s]"""
+    number: int | None = None
+    """Its number. [1]"""
+
+    def anew(self) -> "OffsetState":
+        """Return the state in which nothing is known; the offset in force leaves at its rate."""
+        return OffsetState(in_force_um=self.in_force_um, off=self.off, number=self.number)
+
+    def shifted(self, by_s: float) -> "OffsetState":
+        """Return the state on another clock."""
+
+        def moved(one: Belief | None) -> Belief | None:
+            return None if one is None else one._replace(time_s=one.time_s + by_s)
+
+        return self._replace(
+            belief=moved(self.belief),
+            suspect=moved(self.suspect),
+            touched_s=self.touched_s + by_s,
+        )
+
+
+def offset_std_um(rules: TouchRules, state: OffsetState, time_s: float) -> float:
+    """Return the standard uncertainty of the tool point, as it grows since the last touch. [µm]"""
+    return math.sqrt(_known(rules, state.belief, time_s).variance_um2)
+
+
+def touch_step(
+    rules: TouchRules, state: OffsetState, touch: Touch, expected_um: float
+) -> tuple[OffsetState, TouchOutcome]:
+    """Believe one touch, or not.
+
+    Parameters
+    ----------
+    rules : TouchRules
+        How touches are believed.
+    state : OffsetState
+        What the last touch left.
+    touch : Touch
+        The touch: of this output, of numbers, taken in the past.
+    expected_um : float
+        c + y: correction and model at its time. [µm]
+
+    Returns
+    -------
+    state : OffsetState
+        With the new offset.
+    outcome : TouchOutcome
+        What became of it.
+    """
+    if state.off:
+        return state, TouchOutcome.NO_EFFECT
+    if touch.time_s <= state.touched_s or touch.number == state.number:
+        return state, TouchOutcome.REPEATED
+    noise_um = rules.noise_um if touch.noise_um is None else touch.noise_um
+    touched = Belief(touch.value_um - expected_um, noise_um**2, touch.time_s)  # (2)
+    known = _known(rules, state.belief, touch.time_s)
+    evidence = 0.0
+    if state.belief is not None:
+        evidence = _evidence(rules, known, touched, state.expected_um - expected_um)
+    state = state._replace(
+        touched_s=touch.time_s,
+        number=touch.number,
+        evidence=max(0.0, state.evidence + evidence),
+    )
+    if state.evidence >= TRIP_EVIDENCE:
+        return state.anew()._replace(off=True), TouchOutcome.NO_EFFECT
+    outcome = TouchOutcome.BELIEVED
+    if not _agree(rules, known, touched):
+        first = state.suspect
+        if first is None or touch.time_s - first.time_s > rules.confirm_s:
+            return state._replace(suspect=touched), TouchOutcome.EXCLUDED
+        known = _known(rules, first, touch.time_s)
+        if not _agree(rules, known, touched):
+            return state._replace(suspect=touched), TouchOutcome.EXCLUDED
+        outcome = TouchOutcome.CONFIRMED
+    gain = known.variance_um2 / (known.variance_um2 + touched.variance_um2)  # (4)
+    belief = Belief(
+        known.offset_um + gain * (touched.offset_um - known.offset_um),
+        (1.0 - gain) * known.variance_um2,
+        touch.time_s,
+    )
+    return state._replace(belief=belief, suspect=None, expected_um=expected_um), outcome
+
+
+def _known(rules: TouchRules, belief: Belief | None, time_s: float) -> Belief:
+    """Return what is known at a time: equation (3), left."""
+    largest_um2 = rules.start_um**2
+    if belief is None:
+        return Belief(0.0, largest_um2, time_s)
+    grown_um2 = rules.drift_um_per_root_h**2 * max(0.0, time_s - belief.time_s) / _HOUR_S
+    return Belief(belief.offset_um, min(belief.variance_um2 + grown_um2, largest_um2), time_s)
+
+
+def _agree(rules: TouchRules, known: Belief, touched: Belief) -> bool:
+    """Whether a touch is within the gate of what is known."""
+    r, s = touched.offset_um - known.offset_um, known.variance_um2 + touched.variance_um2
+    return r * r <= rules.gate**2 * s
+
+
+def _evidence(rules: TouchRules, known: Belief, touched: Belief, d: float) -> float:
+    """Return what a touch says for touches that do not see the correction; D is in µm."""
+    r, s = touched.offset_um - known.offset_um, known.variance_um2 + touched.variance_um2
+    if abs(r) > 2.0 * abs(d) + rules.gate * math.sqrt(s):
+        return 0.0  # nor does a wrong sign explain it
+    return min(max(d * (2.0 * r - d) / (2.0 * s), -LARGEST_EVIDENCE), LARGEST_EVIDENCE)
+
+
+def offset_step(rules: TouchRules, state: OffsetState, elapsed_s: float) -> OffsetState:
+    """Return the state with what is added to the correction next: minus the offset, limited."""
+    wanted_um, largest_um = 0.0, rules.limits.largest_um
+    if rules.acts and state.belief is not None:
+        wanted_um = min(max(-state.belief.offset_um, -largest_um), largest_um)
+    in_force_um = limit_step(rules.limits, state.in_force_um, wanted_um, elapsed_s)
+    return state._replace(in_force_um=in_force_um)
+
+
+# ---- what a cycle does ---------------------------------------------------------------------------
+
+Expected = tuple[tuple[float, _Floats], ...]
+"""Time, and c + y by output from then on, of the last cycles, the newest first."""
+
+
+def touches_step(
+    rules: Sequence[TouchRules | None],
+    names: Sequence[str],
+    offsets: Sequence[OffsetState],
+    expected: Expected,
+    touches: Sequence[object],
+    time_s: float,
+) -> tuple[list[OffsetState], tuple[TouchOutcome, ...]]:
+    """Return the states after the touches of a cycle, and what became of each.
+
+    Rules, names, states and the numbers of `expected` are by output; touches may be anything.
+    """
+    states, outcomes = list(offsets), list[TouchOutcome]()
+    known = {name: own for name, own in zip(names, rules, strict=True) if own is not None}
+    for touch in touches:
+        if not isinstance(touch, Touch) or not _usable(touch):
+            outcome = TouchOutcome.UNUSABLE
+        elif touch.output not in known:
+            outcome = TouchOutcome.UNKNOWN_OUTPUT
+        else:
+            k, own, outcome = names.index(touch.output), known[touch.output], TouchOutcome.UNTIMELY
+            row = next((row for since_s, row in expected if since_s <= touch.time_s), None)
+            if row is not None and touch.time_s <= time_s:
+                states[k], outcome = touch_step(own, states[k], touch, row[k])
+        outcomes.append(outcome)
+    return states, tuple(outcomes)
+
+
+def _usable(touch: Touch) -> bool:
+    """Whether a touch holds what it should, whatever a source sent."""
+    noise_um = SMALLEST_NOISE_UM if touch.noise_um is None else touch.noise_um
+    numbers = (
+        number(touch.value_um, LARGEST_LIMIT_UM),
+        number(touch.time_s),
+        number(noise_um, LARGEST_LIMIT_UM),
+    )
+    named = isinstance(touch.output, str)  # pyright: ignore[reportUnnecessaryIsInstance] - whatever is sent
+    return named and None not in numbers and noise_um >= SMALLEST_NOISE_UM

@@ -1,0 +1,375 @@
+"""Touches of the machine's probe: what they teach of an offset, and what they may do with it."""
+
+import math
+import random
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.refusals import refused
+from tests.unit.compensation.bench import Rig, lathe
+from thermaxis.compensation import (
+    Limits,
+    OffsetState,
+    Part,
+    RequestKind,
+    Touch,
+    TouchOutcome,
+    TouchRules,
+    cycle_state,
+    shifted,
+    touch_step,
+    with_compensation,
+)
+
+FREE = Limits(1000.0, 100.0)
+SLOW = TouchRules(limits=Limits(8.0, 0.25), acts=True)
+BELIEVED, CONFIRMED, EXCLUDED = (
+    TouchOutcome.BELIEVED,
+    TouchOutcome.CONFIRMED,
+    TouchOutcome.EXCLUDED,
+)
+
+
+def one(state: OffsetState, value_um: float, time_s: float, **more: Any) -> Any:
+    """Believe a touch where no correction is in force."""
+    rules = more.pop("rules", SLOW)
+    return touch_step(rules, state, Touch("Z_um", value_um, time_s, **more), 0.0)
+
+
+class Touched(Rig):
+    """A rig whose machine has an offset that the model does not know, and a probe that sees it."""
+
+    def __init__(self, rules: TouchRules = SLOW, **options: Any) -> None:
+        options = {"limits": Limits(20.0, 1.0), "part": Part("s", "s", "", 2.0)} | options
+        super().__init__(lathe(touches={"Z_um": rules}, **options))
+        self.offset_um = 4.0
+        self.seen: Callable[[float, float], float] = lambda d_um, c_um: d_um + c_um
+        self.number = 0
+        self.step(RequestKind.ENABLE, found_um=(0.0,))
+        self.steps(30)
+
+    @property
+    def state_um(self) -> OffsetState:
+        return self.state.offsets[0]
+
+    def probed_um(self) -> float:
+        """Return what a probe reads now."""
+        return self.seen(2.0 * self.warmth_k + self.offset_um, self.um)
+
+    def touch(self, wrong_um: float = 0.0, **changes: Any) -> TouchOutcome:
+        """Touch half a second before the next cycle."""
+        self.number += 1
+        value_um = self.probed_um() + wrong_um
+        touched = Touch("Z_um", value_um, self.time_s + 0.5, self.number)
+        return self.step(touches=(touched._replace(**changes),)).touch_outcomes[0]
+
+
+# ---- the estimator -------------------------------------------------------------------------------
+
+
+def test_one_touch_has_the_gain_of_a_kalman_filter() -> None:
+    rules = replace(SLOW, start_um=2.0, noise_um=1.0)
+    state, outcome = one(OffsetState(), 3.0, 0.0, rules=rules)
+    assert outcome is BELIEVED
+    assert state.belief is not None
+    assert state.belief.offset_um == pytest.approx(3.0 * 4.0 / 5.0, abs=1e-14)
+    assert state.belief.variance_um2 == pytest.approx(4.0 / 5.0, abs=1e-14)
+
+
+def test_touches_leave_what_a_regression_on_all_of_them_leaves() -> None:
+    rules = replace(SLOW, start_um=300.0, drift_um_per_root_h=3.0, gate=20.0)
+    rng = random.Random(7)  # noqa: S311 - a test that can be repeated
+    times = [0.0, 500.0, 4000.0, 4100.0, 30_000.0, 34_000.0]
+    noise = [1.0, 0.5, 2.0, 1.0, 0.3, 1.0]
+    values = [5.0 + rng.gauss(0.0, 2.0) for _ in times]
+    state = OffsetState()
+    for k, (at_s, value_um, noise_um) in enumerate(zip(times, values, noise, strict=True)):
+        state, outcome = one(state, value_um, at_s, number=k, noise_um=noise_um, rules=rules)
+        assert outcome is BELIEVED
+    # b(0) ~ N(0, start), b is a random walk: the joint normal distribution, conditioned
+    at = np.array(times)
+    prior = 300.0**2 + 9.0 * np.minimum(at[:, None], at[None, :]) / 3600.0
+    seen = prior + np.diag(np.square(noise))
+    weights = np.linalg.solve(seen, prior[:, -1])
+    assert state.belief is not None
+    assert state.belief.offset_um == pytest.approx(float(weights @ values), rel=1e-3)
+    left_um2 = float(prior[-1, -1] - weights @ prior[:, -1])
+    assert state.belief.variance_um2 == pytest.approx(left_um2, rel=1e-3)
+
+
+def test_nine_of_ten_healthy_innovations_lie_where_they_should() -> None:
+    rng = np.random.default_rng(11)
+    rules = replace(SLOW, drift_um_per_root_h=2.0, start_um=500.0, gate=6.0)
+    state, offset_um, within, count = OffsetState(), 0.0, 0, 3000
+    for k in range(count):
+        offset_um += 2.0 * math.sqrt(0.5) * rng.standard_normal()
+        at_s, touched_um = 1800.0 * k, offset_um + rng.standard_normal()
+        if state.belief is not None:
+            grown_um2 = state.belief.variance_um2 + 4.0 * 0.5
+            r_um = touched_um - state.belief.offset_um
+            within += r_um**2 <= 4.0 * (grown_um2 + 1.0)
+        state, _ = one(state, touched_um, at_s, number=k, rules=rules)
+    assert 0.94 < within / count < 0.97
+
+
+def test_the_uncertainty_grows_with_the_root_of_time_up_to_that_of_the_model_alone() -> None:
+    rig = Touched()
+    assert rig.step().offset_std_um == (5.0,)
+    rig.touch()
+    variance_um2 = rig.state_um.belief.variance_um2
+    for _ in range(4):
+        rig.step(seconds=900.0)
+    (std_um,) = rig.step(seconds=0.5).offset_std_um
+    assert std_um == pytest.approx(math.sqrt(variance_um2 + 4.0 * 3601.0 / 3600.0), rel=1e-9)
+    rig.steps(30, seconds=900.0)
+    assert rig.output is not None
+    assert rig.output.offset_std_um == (5.0,)
+
+
+# ---- the gate ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("wrong_um", [50.0, -50.0])
+@pytest.mark.parametrize("first", [True, False])
+def test_a_single_touch_that_is_off_moves_nothing_and_asks_for_a_second(
+    wrong_um: float,
+    first: bool,
+) -> None:
+    rig = Touched()
+    if not first:
+        assert rig.touch() is BELIEVED
+        rig.steps(40)
+    before, um = rig.state_um, rig.um
+    assert rig.touch(wrong_um) is EXCLUDED
+    rig.steps(40)
+    assert rig.um == um
+    assert (rig.state_um.belief, rig.state_um.in_force_um) == (before.belief, before.in_force_um)
+    assert rig.state_um.suspect is not None
+    assert rig.touch() is BELIEVED
+    assert rig.state_um.suspect is None
+
+
+def test_two_touches_that_agree_are_believed_within_the_limit() -> None:
+    rig = Touched()
+    rig.touch()
+    rig.steps(40)
+    rig.offset_um = 34.0
+    assert rig.touch() is EXCLUDED
+    assert rig.touch() is CONFIRMED
+    assert rig.state_um.belief.offset_um == pytest.approx(34.0)
+    rig.steps(100)
+    assert rig.output is not None
+    assert rig.output.offset_um == (-8.0,)
+
+
+@pytest.mark.parametrize(("after_s", "expected"), [(590.0, CONFIRMED), (620.0, EXCLUDED)])
+def test_a_second_touch_confirms_the_first_for_a_time(
+    after_s: float, expected: TouchOutcome
+) -> None:
+    rig = Touched()
+    rig.offset_um = 34.0
+    rig.touch()
+    rig.steps(round(after_s / 2.0), seconds=2.0)
+    assert rig.touch() is expected
+
+
+def test_two_wild_touches_that_do_not_agree_move_nothing() -> None:
+    rig = Touched()
+    rig.touch()
+    for wrong_um in (50.0, -40.0, 90.0, 35.0):
+        assert rig.touch(wrong_um) is EXCLUDED
+    assert rig.state_um.belief.offset_um == pytest.approx(4.0 * 25.0 / 26.0)
+
+
+# ---- what was in force ---------------------------------------------------------------------------
+
+
+def test_a_touch_refers_to_the_correction_that_was_in_force_at_its_time() -> None:
+    rig = Touched(replace(SLOW, acts=False))
+    rig.warmth_k = 5.0  # the correction moves by a micrometre a second
+    rig.steps(3)
+    value_um, taken_s, um = rig.probed_um(), rig.time_s + 0.5, rig.um
+    rig.steps(6)
+    assert rig.um <= um - 6.0
+    rig.step(touches=(Touch("Z_um", value_um, taken_s, 1),))
+    assert rig.state_um.belief.offset_um == pytest.approx(4.0 * 25.0 / 26.0, abs=1e-12)
+
+
+def test_a_touch_is_untimely_where_what_was_in_force_is_not_known() -> None:
+    rig = Touched()
+    assert rig.touch(time_s=rig.time_s + 1.5) is TouchOutcome.UNTIMELY
+    assert rig.touch(time_s=rig.time_s - 65.0) is TouchOutcome.UNTIMELY
+    assert rig.touch(time_s=rig.time_s - 0.5) is BELIEVED
+    for changes in (
+        {"connected": False},
+        {"read_back_um": (rig.um + 2.0,)},
+        {"other_compensation": None},
+        {"found_um": (rig.um + 1.0,)},
+    ):
+        touched = Touch("Z_um", 1.0, rig.time_s + 0.5, 99)
+        output = rig.step(touches=(touched,), **changes)
+        assert output.touch_outcomes == (TouchOutcome.UNTIMELY,)
+        rig.step()
+
+
+@pytest.mark.parametrize(
+    ("change", "outcome"),
+    [
+        ({"value_um": math.nan}, TouchOutcome.UNUSABLE),
+        ({"value_um": 10_001.0}, TouchOutcome.UNUSABLE),
+        ({"value_um": "1"}, TouchOutcome.UNUSABLE),
+        ({"noise_um": 0.0}, TouchOutcome.UNUSABLE),
+        ({"noise_um": math.nan}, TouchOutcome.UNUSABLE),
+        ({"time_s": math.inf}, TouchOutcome.UNUSABLE),
+        ({"output": ["Z_um"]}, TouchOutcome.UNUSABLE),
+        ({"output": "X_um"}, TouchOutcome.UNKNOWN_OUTPUT),
+        ({"number": 1}, TouchOutcome.REPEATED),
+    ],
+)
+def test_a_touch_of_no_use_changes_nothing(change: dict[str, Any], outcome: TouchOutcome) -> None:
+    rig = Touched()
+    assert rig.touch() is BELIEVED
+    before = rig.state_um.belief
+    assert rig.touch(**change) is outcome
+    assert rig.state_um.belief == before
+
+
+def test_a_touch_older_than_the_last_one_is_repeated() -> None:
+    rig = Touched()
+    rig.touch()
+    assert rig.touch(time_s=rig.time_s - 1.0) is TouchOutcome.REPEATED
+
+
+def test_what_is_no_touch_at_all_is_survived() -> None:
+    rig = Touched()
+    output = rig.step(touches=(None, "touch", 3.0, ("Z_um", 1.0, 2.0)))
+    assert output.touch_outcomes == (TouchOutcome.UNUSABLE,) * 4
+
+
+# ---- limits --------------------------------------------------------------------------------------
+
+
+def test_an_offset_goes_as_fast_as_it_may_and_as_far_as_it_must() -> None:
+    rig = Touched()
+    um = rig.um
+    rig.touch()
+    wanted = rig.state_um.belief.offset_um
+    for k in range(2, 40):
+        assert rig.um == pytest.approx(max(um - 0.25 * (k - 1), um - wanted), abs=1e-12)
+        rig.step()
+
+
+def test_an_offset_that_does_not_act_is_only_shown() -> None:
+    rig = Touched(TouchRules(limits=SLOW.limits))
+    um = rig.um
+    rig.touch()
+    rig.steps(40)
+    assert rig.um == um
+    assert rig.state_um.belief.offset_um == pytest.approx(4.0 * 25.0 / 26.0)
+
+
+def test_model_offset_and_trim_together_stay_within_the_total() -> None:
+    rig = Touched(limits=Limits(10.0, 1.0, 12.0))
+    rig.warmth_k = 5.0
+    rig.steps(20)
+    assert rig.um == -10.0
+    rig.touch()
+    rig.steps(40)
+    assert rig.um == -12.0
+    assert rig.output is not None
+    assert rig.output.offset_um[0] < -3.0
+
+
+def test_an_offset_may_go_no_further_than_the_total() -> None:
+    with refused("outside_range"):
+        lathe(limits=Limits(5.0, 1.0), touches={"Z_um": SLOW})
+    with refused("unknown_name"):
+        lathe(touches={"X_um": SLOW})
+    for name in ("noise_um", "drift_um_per_root_h", "start_um", "gate"):
+        with refused("outside_range"):
+            replace(SLOW, **{name: 0.0})
+
+
+# ---- anew ----------------------------------------------------------------------------------------
+
+
+def test_an_offset_starts_anew_with_the_machine_and_the_model() -> None:
+    rig = Touched()
+    rig.touch()
+    rig.steps(40)
+    assert cycle_state(rig.compensation).offsets == ()
+    (kept,) = with_compensation(rig.compensation, rig.compensation, rig.state).offsets
+    assert kept.belief is None
+    assert kept.in_force_um == rig.state_um.in_force_um < -3.0
+    rig.step(seconds=2000.0)  # longer than the model's longest gap
+    assert rig.state_um.belief is None
+    assert rig.state_um.in_force_um < -3.0
+    rig.steps(40)
+    assert rig.state_um.in_force_um == 0.0
+
+
+def test_another_clock_changes_nothing_but_the_times() -> None:
+    rig, other = Touched(), Touched()
+    other.state, other.time_s = shifted(other.state, 4096.0), other.time_s + 4096.0
+    for _ in range(3):
+        for one_rig in (rig, other):
+            one_rig.touch(30.0)
+            one_rig.touch()
+            one_rig.steps(20)
+        assert other.um == rig.um
+        assert shifted(rig.state, 4096.0).offsets == other.state.offsets
+        assert shifted(rig.state, 4096.0).expected == other.state.expected
+
+
+# ---- touches that do not see the correction ------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "seen", [lambda d, c: -(d + c), lambda _, c: 3.0 + 0.0 * c], ids=["sign", "axis"]
+)
+def test_touches_that_do_not_see_the_correction_end_at_zero_until_acknowledged(
+    seen: Callable[[float, float], float],
+) -> None:
+    rig = Touched(replace(SLOW, limits=Limits(15.0, 0.25)))
+    rig.seen = seen
+    largest_um, outcome = 0.0, None
+    for _ in range(12):
+        outcome = rig.touch()
+        rig.steps(90)
+        largest_um = max(largest_um, abs(rig.state_um.in_force_um))
+    assert outcome is TouchOutcome.NO_EFFECT
+    assert rig.state_um.off
+    assert largest_um <= 15.0
+    assert rig.state_um.in_force_um == 0.0
+    rig.step(seconds=2000.0)
+    assert rig.state_um.off, "a model that starts anew acknowledges nothing"
+    rig.seen = lambda d_um, c_um: d_um + c_um
+    rig.step(RequestKind.ACKNOWLEDGE)
+    rig.steps(5)
+    assert rig.touch() is BELIEVED
+
+
+def test_a_real_step_after_an_offset_is_believed() -> None:
+    for step_um in (-30.0, -12.0, 12.0, 30.0):
+        rig = Touched(replace(SLOW, limits=Limits(15.0, 0.25)))
+        rig.touch()
+        rig.steps(90)
+        rig.offset_um += step_um
+        assert rig.touch() is EXCLUDED
+        assert rig.touch() is CONFIRMED
+
+
+def test_healthy_touches_of_a_year_end_nothing() -> None:
+    rng = np.random.default_rng(5)
+    rules = replace(SLOW, limits=FREE, start_um=500.0)
+    state, offset_um, before_um = OffsetState(), 0.0, 0.0
+    for k in range(8760):
+        offset_um += 2.0 * rng.standard_normal()
+        touched = Touch("Z_um", offset_um - before_um + rng.standard_normal(), 3600.0 * k, k)
+        state, _ = touch_step(rules, state, touched, -before_um)
+        before_um = state.belief.offset_um if state.belief else 0.0
+        assert not state.off
