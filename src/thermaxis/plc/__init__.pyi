@@ -14,10 +14,12 @@ from ._interface import (
 from ._library import (
     LIBRARY as LIBRARY,
     LIBRARY_VERSION as LIBRARY_VERSION,
+    SINUMERIK as SINUMERIK,
     SclCpu as SclCpu,
     StFlavour as StFlavour,
     c_library as c_library,
     scl_text as scl_text,
+    sinumerik_library as sinumerik_library,
     st_library as st_library,
 )
 from ._line import (

@@ -11,6 +11,8 @@ from typing import Literal, TypeAlias
 
 LIBRARY = "thermaxis_lib"
 """Name of the library, and of its files."""
+SINUMERIK = "thermaxis_sinumerik"
+"""Name of the library for one offset of a SINUMERIK, and of its file."""
 LIBRARY_VERSION = 2
 """Version of the library that model blocks are made for; a block refuses to run with another."""
 
@@ -67,6 +69,16 @@ def st_library(*, double: bool) -> str:
         return text
     lag = re.compile(r"^FUNCTION_BLOCK tx_lag\n(?:.*\n)*?END_FUNCTION_BLOCK\n", re.MULTILINE)
     return lag.sub(library_file("lag_real.st"), text, count=1).replace("LREAL", "REAL")
+
+
+def sinumerik_library(*, double: bool, cpu: SclCpu | None = None) -> str:
+    """Return the block that brings a correction to a SINUMERIK, as SCL of a CPU, else as ST.
+
+    Not protected: FB2 and FB3 were a stand-in whenever it ran; no control has run it.
+    """
+    text = library_file(f"{SINUMERIK}.st")
+    text = text if double else text.replace("LREAL", "REAL")
+    return text if cpu is None else scl_text(text, cpu)
 
 
 def c_library(*, double: bool) -> dict[str, str]:

@@ -94,8 +94,8 @@ class LineSettings:
 
     @property
     def um_per_mm(self) -> float:
-        """Correction per millimetre of K: the axis moves against K. [µm/mm]"""
-        return float(-_UM_PER_MM if self.away else _UM_PER_MM)
+        """Correction per millimetre of K. [µm/mm]"""
+        return um_per_mm(away=self.away)
 
     def weights(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return what the corrections contribute to the line.
@@ -175,6 +175,11 @@ class LineSettings:
                 place=Place(key="slope"),
             )
         return k0_mm, slope
+
+
+def um_per_mm(*, away: bool) -> float:
+    """Return the correction per millimetre of K: the axis moves against K. [µm/mm]"""
+    return float(-_UM_PER_MM if away else _UM_PER_MM)
 
 
 def require_apart(positions_mm: Sequence[float]) -> None:

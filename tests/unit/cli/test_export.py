@@ -466,10 +466,48 @@ def test_outputs_of_one_model_may_be_the_positions(tmp_path):
     assert rates == {"at_800": 2.0, "at_100": 1.0}
 
 
+def test_one_position_or_none_makes_an_offset_with_the_block_that_brings_it_to_the_control(
+    tmp_path,
+):
+    part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),))
+    path = tmp_path / "m.json"
+    write_model(CompensationModel(outputs=(Output("X_um", (part,)), Output("Z_um", (part,)))), path)
+    order = (path, "--dialect", "sinumerik-tempcomp", "--cycle-s", "1", *STATED)
+    folder = tmp_path / "plc"
+    run(*order, "--positive", "away", "--positive", "Z_um=towards", "-o", folder)
+    block = folder / "tx_m.scl"
+    assert {p.name for p in folder.glob("*.scl")} == {
+        *("thermaxis_lib.scl", "thermaxis_sinumerik.scl", block.name)
+    }
+    said = [re.findall(r"um_per_mm := (\S+),", p.read_text("ascii")) for p in folder.glob("*.md")]
+    assert said == [["-1000.0", "1000.0"]]
+    other = tmp_path / "other"
+    run(path, "--dialect", "scl", "--cycle-s", "1", *STATED, "-o", other)
+    assert block.read_bytes() == (other / block.name).read_bytes()
+    run(small_model(path), *order[1:], "--at", "5", "--positive", "X_um=away", "-o", tmp_path / "x")
+    assert (tmp_path / "x" / "thermaxis_sinumerik.scl").exists()
+    for words_, code in (
+        ((), "direction_not_stated"),
+        (("--positive", "Y_um=away"), "unknown_name"),
+        (("--positive", "away", "--at", "Y_um=1"), "unknown_name"),
+        (("--positive", "away", "--reference-position", "5"), "option_belongs_to"),
+        (("--positive", "away", "--model-only"), "option_belongs_to"),
+    ):
+        assert code_of("export", *order, *words_, "-o", tmp_path / "no") == code
+
+
+def test_a_direction_that_is_none_is_refused(capsys):
+    for text in ["up", "Z_um=", "away=Z_um"]:
+        with pytest.raises(SystemExit):
+            words("m.json", "--dialect", "c", "--cycle-s", "1", "-o", "d", "--positive", text)
+        assert "is no direction; write away or towards" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("options", "code"),
     [
         (("--at", "1", "--at", "900"), "direction_not_stated"),
+        (("--at", "1", "--at", "900", "--positive", "X_um=away"), "direction_not_stated"),
         (("--at", "100", "--positive", "away"), "models_and_positions_differ"),
         (("--at", "1", "--at", "1.5", "--positive", "away"), None),
     ],

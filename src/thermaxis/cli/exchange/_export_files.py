@@ -44,8 +44,8 @@ def export_of(arguments: argparse.Namespace) -> Export:
 
 def _export_of(arguments: argparse.Namespace) -> Export:
     target, double = target_of(arguments)
-    exported = exported_of(arguments, line=target.dialect == TEMPCOMP)
-    line = _line_of(arguments, exported) if target.dialect == TEMPCOMP else None
+    exported = exported_of(arguments, tempcomp=target.dialect == TEMPCOMP)
+    line = _line_of(arguments, exported) if exported.positions_mm else None
     settings = plc.export_settings(
         exported.compensation,
         cycle_s=arguments.cycle_s,
@@ -55,6 +55,8 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     )
     settings = replace(settings, notes=(*exported.changed, *settings.notes))
     model_only: bool = arguments.model_only
+    if exported.away:
+        refuse_foreign(arguments, "every dialect but sinumerik-tempcomp", "--model-only")
     # Whatever the library cannot carry is refused before the vectors are made, which take long.
     block = plc.Block(settings=settings, line=line, model_only=model_only)
     tested = None if model_only else plc.vectors_of(settings, line)
@@ -69,7 +71,8 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     block = replace(block, remarks=tuple(told))
     files = program_files(block, target)
     vectors, interlocks = f"{stem}.vectors.csv", exported.compensation.interlocks
-    facts = plc.GuideFacts(target, tuple(files), vectors, interlocks, line, exported.warnings)
+    away = () if line is not None else exported.away
+    facts = plc.GuideFacts(target, tuple(files), vectors, interlocks, line, away, exported.warnings)
     if tested is not None:
         files[vectors] = tested.text.encode("ascii")
     files[f"{stem}.guide.md"] = plc.guide_text(settings, block, facts).encode("utf-8")
@@ -120,16 +123,18 @@ def program_files(block: plc.Block, target: plc.Target) -> dict[str, bytes]:
     elif target.dialect == "st":
         texts = block.st(cast("plc.StFlavour", target.variant))
     else:
-        texts = block.scl(cast("plc.SclCpu", target.variant))
+        cpu = cast("plc.SclCpu", target.variant)
+        texts = block.scl(cpu)
+        if target.dialect == TEMPCOMP and block.line is None:
+            double = block.settings.double
+            texts[f"{plc.SINUMERIK}.scl"] = plc.sinumerik_library(double=double, cpu=cpu)
     return {name: text.encode("ascii") for name, text in texts.items()}
 
 
 def _line_of(arguments: argparse.Namespace, exported: Exported) -> plc.LineSettings:
-    if arguments.positive is None:
-        raise ConfigurationError("direction_not_stated", place=Place(key="--positive"))
     return plc.LineSettings(
         positions_mm=exported.positions_mm,
-        away=arguments.positive == "away",
+        away=exported.away[0],
         reference_mm=arguments.reference_position,
     )
 

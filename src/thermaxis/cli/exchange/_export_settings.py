@@ -49,6 +49,9 @@ class Exported(NamedTuple):
     """Hash of the model that is exported."""
     positions_mm: tuple[float, ...]
     """Position by output; empty where there is no line. [mm]"""
+    away: tuple[bool, ...]
+    """By output, whether a positive motion of its axis moves the tool point away from the
+    workpiece; empty where it is not asked."""
     machine: str
     """Name of the machine whose rules these are; empty where they were stated."""
     changed: tuple[Message, ...] = ()
@@ -77,6 +80,14 @@ def named_range(text: str) -> _Named[tuple[float, float]]:
     if not colon:
         raise argparse.ArgumentTypeError(f"'{text}' is no range; write 5:80")
     return name, (_finite(lowest), _finite(highest))
+
+
+def named_direction(text: str) -> _Named[bool]:
+    """Return a direction with or without a name before it: ``Z_um=away``."""
+    name, _, word = text.rpartition("=")
+    if word not in {"away", "towards"}:
+        raise argparse.ArgumentTypeError(f"'{word}' is no direction; write away or towards")
+    return name, word == "away"
 
 
 # ---- models -------------------------------------------------------------------------------------
@@ -194,7 +205,7 @@ def _common_provenance(sources: tuple[ModelSource, ...]) -> Provenance:
 # ---- rules and limits ---------------------------------------------------------------------------
 
 
-def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
+def exported_of(arguments: argparse.Namespace, *, tempcomp: bool) -> Exported:
     """Return what the words of the command line ask for."""
     read = sources = read_sources(arguments.models)
     changed: tuple[Message, ...] = ()
@@ -203,17 +214,28 @@ def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
         if any(a.model != b.model for a, b in zip(read, sources, strict=True)):
             changed = (Message("change-references_stated"),)
     positions: tuple[float, ...] = ()
-    if line:
+    # One position makes no line: an offset is the same at every position.
+    if tempcomp and max(len(sources), len(arguments.at)) > 1:
         model, positions, origins = _at_positions(sources, arguments.at)
     else:
         source, *others = sources
         if others:
             place = Place(key="MODEL")
             raise ConfigurationError("block_has_one_model", place=place, models=len(sources))
-        alone = ("--at", "--positive", "--reference-position")
-        refuse_foreign(arguments, "--dialect sinumerik-tempcomp", *alone)
+        refuse_foreign(arguments, "a line through positions", "--reference-position")
+        if not tempcomp:
+            refuse_foreign(arguments, "--dialect sinumerik-tempcomp", "--at", "--positive")
         model = source.model
         origins = tuple(output.name for output in model.outputs)
+        if arguments.at:
+            _by_name(arguments.at, origins, "--at", "OUTPUT=MM", "Z_um=100")
+    away: tuple[bool, ...] = ()
+    if tempcomp:
+        if not arguments.positive or (positions and any(name for name, _ in arguments.positive)):
+            raise ConfigurationError("direction_not_stated", place=Place(key="--positive"))
+        form = "OUTPUT=away|towards"
+        stated = _by_name(arguments.positive, origins, "--positive", form, "Z_um=away")
+        away = tuple(stated[origin] for origin in origins)
     machine, warnings = "", tuple[Message, ...]()
     if arguments.machine is not None:
         for option in ("--limit", "--rate", "--plausible"):
@@ -224,7 +246,7 @@ def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
     else:
         compensation = _stated(model, origins, arguments)
     digest = read[0].sha256 if model == read[0].model else model_sha256(model)
-    return Exported(sources, compensation, digest, positions, machine, changed, warnings)
+    return Exported(sources, compensation, digest, positions, away, machine, changed, warnings)
 
 
 def _of_machine(

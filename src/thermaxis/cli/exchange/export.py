@@ -15,7 +15,7 @@ from thermaxis.cli._arguments import adder, positive_seconds
 from thermaxis.cli._json import write_json
 from thermaxis.cli.exchange._export_files import Export, export_of
 from thermaxis.cli.exchange._export_folder import require_folder, write_folder
-from thermaxis.cli.exchange._export_settings import named_number, named_range
+from thermaxis.cli.exchange._export_settings import named_direction, named_number, named_range
 from thermaxis.codes import printable
 from thermaxis.plc import line_bounds, restart_warning
 
@@ -27,8 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--dialect",
         "scl: Siemens; st: IEC 61131-3; c: C99; fmu: co-simulation units of FMI 3.0 and 2.0 with"
-        " C sources; sinumerik-tempcomp: SCL that lays a straight line through models at"
-        " positions of an axis",
+        " C sources; sinumerik-tempcomp: SCL for the temperature compensation of an axis, one"
+        " offset, or a straight line through models at positions",
         choices=("scl", "st", "c", "fmu", "sinumerik-tempcomp"),
         required=True,
     )
@@ -88,15 +88,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--at MM",
         "position of the axis, once for every MODEL in their order; --at OUTPUT=MM for"
-        " outputs of one model [mm] (default: must be stated for sinumerik-tempcomp)",
+        " outputs of one model [mm] (default: an offset, the same at every position)",
         named_number,
         many=True,
     )
     add(
-        "--positive",
-        "where a positive motion of the axis moves the tool point, seen from the workpiece:"
-        " away or towards (default: must be stated for sinumerik-tempcomp)",
-        choices=("away", "towards"),
+        "--positive OUTPUT=away|towards",
+        "where a positive motion of its axis moves the tool point, seen from the workpiece; without"
+        " a name for all the others (default: must be stated for sinumerik-tempcomp)",
+        named_direction,
+        many=True,
     )
     add(
         "--reference-position MM",

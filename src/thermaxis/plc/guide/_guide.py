@@ -3,15 +3,16 @@
 Its words are templates in this folder: one for every target, which extends that for all.
 """
 
+from functools import partial
 from typing import NamedTuple, final
 
 from thermaxis.codes import Message
 from thermaxis.compensation import LONGEST_REST, Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.plc._block import Block
 from thermaxis.plc._interface import NEVER_OUTCOMES, NEVER_QUALITIES
-from thermaxis.plc._line import LineSettings
+from thermaxis.plc._line import LineSettings, um_per_mm
 from thermaxis.plc._names import remark_text
-from thermaxis.plc._numbers import figure, outward_text
+from thermaxis.plc._numbers import figure, number_text, outward_text
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._template import rendered
 from thermaxis.plc._warnings import setting_warnings
@@ -35,6 +36,9 @@ class GuideFacts(NamedTuple):
     """Interlocks of the machine, which are one input here."""
     line: LineSettings | None = None
     """The line; None where there is none."""
+    away: tuple[bool, ...] = ()
+    """By output, whether a positive motion of its axis moves the tool point away from the
+    workpiece, where every output is an offset of a SINUMERIK; else empty."""
     warnings: tuple[Message, ...] = ()
     """What else is to be warned of."""
 
@@ -70,12 +74,15 @@ def guide_text(settings: PlcSettings, block: Block, facts: GuideFacts) -> str:
             "bounds": bounds,
             "step_um": step_um,
             "fade_s": bounds.total_um / bounds.largest_rate_um_per_s,
+            "away": away,
+            "um_per_mm": um_per_mm(away=away),
         }
-        for output, stem, bounds, step_um in zip(
+        for output, stem, bounds, step_um, away in zip(
             compensation.model.outputs,
             settings.names.outputs,
             compensation.bounds,
             settings.steps_um,
+            facts.away or (False,) * len(settings.steps_um),
             strict=True,
         )
     ]
@@ -91,6 +98,9 @@ def guide_text(settings: PlcSettings, block: Block, facts: GuideFacts) -> str:
         "bounds": compensation.bounds,
         "trim_um": figure(min(bounds.largest_trim_um for bounds in compensation.bounds)),
         "outputs": outputs,
+        "control": line is not None or facts.away,
+        "literal": partial(number_text, double=settings.double),
+        "fb_of_instance": '"tx_nc_offset".' if facts.target.variant == "s7-300" else "",
         "states": SupervisorState,
         "reasons": Reason,
         "outcomes": Outcome,
