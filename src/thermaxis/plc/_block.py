@@ -2,17 +2,16 @@
 
 import re
 import textwrap
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from math import expm1
-from typing import Any, TypeAlias, final
+from typing import Any, NamedTuple, TypeAlias, final
 
 from thermaxis import __version__
 from thermaxis.codes import Place
 from thermaxis.compensation import STATED, WITNESS_S, Part
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._interface import Interface, interface_of, model_only_interface
+from thermaxis.plc._interface import Interface, interface_of
 from thermaxis.plc._library import (
     LIBRARY,
     LIBRARY_VERSION,
@@ -102,9 +101,7 @@ class Block:
     @property
     def interface(self) -> Interface:
         """Its inputs and outputs."""
-        if self.model_only:
-            return model_only_interface(self.settings)
-        return interface_of(self.settings, self.line)
+        return interface_of(self.settings, self.line, model_only=self.model_only)
 
     def st(self, flavour: StFlavour = "iec") -> dict[str, str]:
         """Return library and block as Structured Text of IEC 61131-3.
@@ -223,122 +220,119 @@ class Block:
     def _made(self) -> dict[str, Any]:
         """Return what the templates are filled with: numbers are texts of the target."""
         settings, line = self.settings, self.line
-        compensation = settings.compensation
-        rules, text = compensation.supervisor, _number_texts(settings)
-        sensors = _sensors(settings, text)
+        compensation, texts = settings.compensation, _Texts(settings.double)
+        model, rules = compensation.model, compensation.supervisor
+        sensors = _sensors(settings, texts)
         made: dict[str, Any] = {
             "head": self._head(),
             "real": int(not settings.double),
             "library": LIBRARY,
             "library_version": LIBRARY_VERSION,
-            "channels": sensors[: len(compensation.model.channels)],
+            "channels": sensors[: len(model.channels)],
             "sensors": sensors,
             "later": any(s["w"] > s["k"] for s in sensors),
-            "cycle_s": text(settings.cycle_s, "cycle_s"),
-            "shortest_s": text(settings.shortest_cycle_s, "cycle_s"),
-            "longest_s": text(settings.longest_cycle_s, "cycle_s"),
-            "gap_s": text(compensation.model.longest_gap_s, "longest_gap_s"),
-            "longest_hold_s": text(compensation.model.longest_hold_s, "longest_hold_s"),
-            "margin_k": text(compensation.validity_margin_k, "margin_k"),
-            "lowest_weight": text(compensation.lowest_weight, "lowest_weight"),
-            "rules": {
-                **{k: text(v, "supervisor") for k, v in asdict(rules).items()},
-                "lost_input_s": text(rules.input_timeout_s + rules.hold_input_s, "supervisor"),
-            },
-            "line": None if line is None else _line(settings, line, text),
-            "filter": None,
+            "cycle_s": texts.one("cycle_s", settings.cycle_s),
+            "shortest_s": texts.one("cycle_s", settings.shortest_cycle_s),
+            "longest_s": texts.one("cycle_s", settings.longest_cycle_s),
+            "gap_s": texts.one("longest_gap_s", model.longest_gap_s),
+            "longest_hold_s": texts.one("longest_hold_s", model.longest_hold_s),
+            "margin_k": texts.one("margin_k", compensation.validity_margin_k),
+            "lowest_weight": texts.one("lowest_weight", compensation.lowest_weight),
+            "rules": texts.all(
+                "supervisor",
+                **asdict(rules),
+                lost_input_s=rules.input_timeout_s + rules.hold_input_s,
+            ),
+            "line": None if line is None else _line(settings, line, texts),
         }
-        return self.said | made | _model(settings, text)
+        return self.said | made | _model(settings, texts)
 
 
-_Text: TypeAlias = Callable[..., str]
+class _Texts(NamedTuple):
+    """Numbers as texts of the target; an error names the key and whose it is."""
+
+    double: bool
+
+    def one(self, key: str, value: float, owner: str = "") -> str:
+        return number_text(value, double=self.double, place=Place(key=key, channel=owner))
+
+    def all(self, key: str, owner: str = "", **values: Any) -> dict[str, str]:
+        """Return the numbers among some values by their names, which are their keys without one."""
+        numbers = {name: v for name, v in values.items() if isinstance(v, int | float)}
+        return {name: self.one(key or name, v, owner) for name, v in numbers.items()}
 
 
-def _number_texts(settings: PlcSettings) -> _Text:
-    def text(value: float, key: str, owner: str = "") -> str:
-        place = Place(key=key, channel=owner)
-        return number_text(value, double=settings.double, place=place)
-
-    return text
-
-
-def _sensors(settings: PlcSettings, text: _Text) -> _Items:
+def _sensors(settings: PlcSettings, texts: _Texts) -> _Items:
     compensation = settings.compensation
-    model, rules, stems = compensation.model, compensation.rules, settings.names.channels
+    references_c, rules = compensation.model.reference_c, compensation.rules
+    stems = settings.names.channels
     rows = zip(stems, compensation.judged, rules, compensation.witnesses, strict=True)
     return [
         {
             "k": k,
             "stem": stem,
             "text": remark_text(channel),
-            "reference_c": text(model.reference_c.get(channel, 0.0), "reference_c", channel),
-            "lowest_c": text(rule.lowest_c, "lowest_c", channel),
-            "highest_c": text(rule.highest_c, "highest_c", channel),
-            "step_k": text(rule.step_k, "step_k", channel),
-            "rate_k_per_s": text(rule.largest_rate_k_per_s, "largest_rate_k_per_s", channel),
-            "frozen_s": text(rule.frozen_s, "frozen_s", channel),
-            "rests_k": text(rule.rests_k, "rests_k", channel),
             "w": w + 1,
-            "lately_s": text(min(WITNESS_S, rules[w].frozen_s), "frozen_s", channel),
+            **texts.all("", channel, **asdict(rule)),
+            "reference_c": texts.one("reference_c", references_c.get(channel, 0.0), channel),
+            "lately_s": texts.one("frozen_s", min(WITNESS_S, rules[w].frozen_s), channel),
         }
         for k, (stem, channel, rule, w) in enumerate(rows, 1)
     ]
 
 
-def _model(settings: PlcSettings, text: _Text) -> dict[str, Any]:
+def _model(settings: PlcSettings, texts: _Texts) -> dict[str, Any]:
     """Return the model as the templates know it: wires, delays, sections, parts, outputs."""
-    compensation = settings.compensation
-    model = compensation.model
-    layout = model.layout
-    filtered = model.input_filter_s > 0.0
-    acting = "acting" if filtered else "input"
+    model, names = settings.compensation.model, settings.names
+    layout, filter_s = model.layout, model.input_filter_s
+    acting = "acting" if filter_s else "input"
+    acts: list[str] = []
     delays: dict[tuple[int, int], str] = {}
-    for k in layout.delayed:
-        wire, cycles = layout.driven[k], settings.delay_cycles(layout.parts[k])
-        if cycles:
-            delays.setdefault((wire, cycles), f"late{len(delays) + 1}_k")
-    acts = [
-        delays.get((wire, settings.delay_cycles(part)), f"{acting}{wire + 1}_k")
-        for wire, part in zip(layout.driven, layout.parts, strict=True)
-    ]
-    parts = [
+    for wire, part in zip(layout.driven, layout.parts, strict=True):
+        now, cycles = f"{acting}{wire + 1}_k", settings.delay_cycles(part)
+        late = f"late{len(delays) + 1}_k"
+        acts.append(delays.setdefault((wire, cycles), late) if cycles else now)
+    parts: _Items = [
         {
             "k": k + 1,
             "stem": stem,
             "text": remark_text(part.name),
             "n": layout.driven[k] + 1,
-            "terms": _terms(settings, k, acts[k], text),
-            "gain": _gain(part, text) if k in layout.gained else None,
+            "terms": _terms(settings, k, acts[k], texts),
+            "gain": _gain(part, texts) if part.gain_by_diameter else None,
             "ranged": part.lowest_k is not None and part.highest_k is not None,
-            "lowest_k": text(part.lowest_k or 0.0, "lowest_k", part.name),
-            "highest_k": text(part.highest_k or 0.0, "highest_k", part.name),
+            **texts.all("", part.name, lowest_k=part.lowest_k, highest_k=part.highest_k),
         }
-        for k, (stem, part) in enumerate(zip(settings.names.parts, layout.parts, strict=True))
+        for k, (stem, part) in enumerate(zip(names.parts, layout.parts, strict=True))
     ]
-    outputs: _Items = []
-    spans = zip(settings.names.outputs, model.outputs, compensation.bounds, settings.steps_um,
-                layout.spans, strict=True)  # fmt: skip
-    for k, (stem, output, bounds, step_um, (first, behind, offset_um)) in enumerate(spans, 1):
-        numbers = {key: text(value, key, output.name) for key, value in asdict(bounds).items()}
-        outputs.append(
-            numbers
-            | {
-                "k": k,
-                "stem": stem,
-                "text": remark_text(output.name),
-                "rate_step_um": text(step_um, "largest_rate_um_per_s", output.name),
-                "offset_um": text(offset_um, "offset_um", output.name),
-                "parts": parts[first:behind],
-                "ranged": [part for part in parts[first:behind] if part["ranged"]],
-            }
-        )
+    rows = zip(model.outputs, names.outputs, settings.compensation.bounds, settings.steps_um,
+               layout.spans, strict=True)  # fmt: skip
+    outputs: _Items = [
+        {
+            "k": k,
+            "stem": stem,
+            "text": remark_text(output.name),
+            **texts.all("", output.name, **asdict(bounds), offset_um=offset_um),
+            "rate_step_um": texts.one("largest_rate_um_per_s", step_um, output.name),
+            "parts": parts[first:behind],
+            "ranged": [part for part in parts[first:behind] if part["ranged"]],
+        }
+        for k, (output, stem, bounds, step_um, (first, behind, offset_um)) in enumerate(rows, 1)
+    ]
+    channels = [remark_text(channel) for channel in model.channels]
     return {
-        "filter": text(_alpha(settings, model.input_filter_s), "input_filter_s")
-        if filtered
-        else None,
-        "filter_s": noted(model.input_filter_s),
+        "filter": texts.one("input_filter_s", _alpha(settings, filter_s)) if filter_s else None,
+        "filter_s": noted(filter_s),
         "acting": acting,
-        "wires": _wires(settings),
+        "wires": [
+            {
+                "n": n,
+                "text": channels[plus] + (f" - {channels[minus]}" if minus >= 0 else ""),
+                "plus": plus + 1,
+                "minus": minus + 1 if minus >= 0 else 0,
+            }
+            for n, (plus, minus) in enumerate(layout.wires, 1)
+        ],
         "delays": [
             {"m": m, "n": wire + 1, "cycles": cycles} for m, (wire, cycles) in enumerate(delays, 1)
         ],
@@ -347,7 +341,7 @@ def _model(settings: PlcSettings, text: _Text) -> dict[str, Any]:
                 "i": i,
                 "n": wire + 1,
                 "tau_s": noted(tau_s),
-                "alpha": text(_alpha(settings, tau_s), "parts", layout.parts[owner].name),
+                "alpha": texts.one("parts", _alpha(settings, tau_s), layout.parts[owner].name),
                 "acts": acts[owner],
             }
             for i, (tau_s, wire, owner) in enumerate(
@@ -366,78 +360,66 @@ def _alpha(settings: PlcSettings, tau_s: float) -> float:
     return -expm1(-settings.cycle_s / tau_s)
 
 
-def _wires(settings: PlcSettings) -> _Items:
-    """Return the inputs of the model: differences to references, and of two channels."""
-    model = settings.compensation.model
-    channels = [remark_text(channel) for channel in model.channels]
-    return [
-        {
-            "n": n,
-            "text": channels[plus] + (f" - {channels[minus]}" if minus >= 0 else ""),
-            "plus": plus + 1,
-            "minus": minus + 1 if minus >= 0 else 0,
-        }
-        for n, (plus, minus) in enumerate(model.layout.wires, 1)
-    ]
-
-
-def _terms(settings: PlcSettings, k: int, acts: str, text: _Text) -> _Items:
+def _terms(settings: PlcSettings, k: int, acts: str, texts: _Texts) -> _Items:
     """Return the terms of a part: the direct one, where it is not zero or alone, and sections."""
     layout = settings.compensation.model.layout
     part = layout.parts[k]
-    terms: _Items = []
-    if part.direct_gain_um_per_k != 0.0 or not part.sections:
-        gain = text(part.direct_gain_um_per_k, "parts", part.name)
-        terms.append({"name": f"direct{k + 1}", "gain": gain, "of": acts, "i": 0})
     own = [i for i, owner in enumerate(layout.owners, 1) if owner == k]
-    for i, section in zip(own, part.sections, strict=True):
-        gain = text(section.gain_um_per_k, "parts", part.name)
-        terms.append({"name": f"gain{i}", "gain": gain, "of": f"fb_lag{i}.x_k", "i": i})
-    return terms
+    terms = [
+        (f"gain{i}", section.gain_um_per_k, f"fb_lag{i}.x_k", i)
+        for i, section in zip(own, part.sections, strict=True)
+    ]
+    if part.direct_gain_um_per_k or not terms:
+        terms.insert(0, (f"direct{k + 1}", part.direct_gain_um_per_k, acts, 0))
+    return [
+        {"name": name, "gain": texts.one("parts", gain, part.name), "of": of, "i": i}
+        for name, gain, of, i in terms
+    ]
 
 
-def _gain(part: Part, text: _Text) -> dict[str, Any]:
+def _gain(part: Part, texts: _Texts) -> dict[str, Any]:
     """Return the gain of a part by the diameter of the workpiece."""
     points = part.gain_by_diameter
-
-    def own(value: float) -> str:
-        return text(value, "parts", part.name)
-
     return {
-        "tool": own(part.tool_gain),
+        **texts.all("parts", part.name, tool=part.tool_gain),
         "points": [
-            {"k": k, "d": own(p.diameter_mm), "g": own(p.gain)} for k, p in enumerate(points, 1)
+            {"k": k, **texts.all("parts", part.name, d=p.diameter_mm, g=p.gain)}
+            for k, p in enumerate(points, 1)
         ],
         "spans": [
-            {"k": k, "width": own(b.diameter_mm - a.diameter_mm), "rise": own(b.gain - a.gain)}
+            {
+                "k": k,
+                **texts.all(
+                    "parts", part.name, width=b.diameter_mm - a.diameter_mm, rise=b.gain - a.gain
+                ),
+            }
             for k, (a, b) in enumerate(pairwise(points), 1)
         ],
     }
 
 
-def _line(settings: PlcSettings, line: LineSettings, text: _Text) -> dict[str, Any]:
+def _line(settings: PlcSettings, line: LineSettings, texts: _Texts) -> dict[str, Any]:
     """Return the line as the templates know it."""
     k0_mm, slope = line.bounds(tuple(bounds.total_um for bounds in settings.compensation.bounds))
     # The reference position that the control has is the rounded one.
     origin_mm = stored(line.origin_mm, double=settings.double)
+    rows = zip(settings.names.outputs, line.positions_mm, *line.weights(), strict=True)
     return {
-        "um_per_mm": text(line.um_per_mm, "um_per_mm"),
-        "origin_mm": text(origin_mm, "--reference-position"),
-        "largest_k0_mm": text(k0_mm, "slope"),
-        "largest_slope": text(slope, "slope"),
-        "largest_read": text(LARGEST_READ, "read"),
-        "unread_um": text(UNREAD_UM, "read"),
+        **texts.all("slope", um_per_mm=line.um_per_mm, largest_k0_mm=k0_mm, largest_slope=slope),
+        **texts.all("--reference-position", origin_mm=origin_mm),
+        **texts.all("read", unread_um=UNREAD_UM),
         "positions": [
             {
                 "k": k,
                 "stem": stem,
-                "at_mm": text(at_mm, "--at"),
-                "way_mm": text(stored(at_mm, double=settings.double) - origin_mm, "--at"),
-                "k0": text(k0, "--at"),
-                "slope": text(slope, "--at"),
+                **texts.all(
+                    "--at",
+                    at_mm=at_mm,
+                    way_mm=stored(at_mm, double=settings.double) - origin_mm,
+                    k0=to_k0,
+                    slope=to_slope,
+                ),
             }
-            for k, (stem, at_mm, k0, slope) in enumerate(
-                zip(settings.names.outputs, line.positions_mm, *line.weights(), strict=True), 1
-            )
+            for k, (stem, at_mm, to_k0, to_slope) in enumerate(rows, 1)
         ],
     }

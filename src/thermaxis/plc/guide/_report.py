@@ -3,7 +3,7 @@
 import json
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from hashlib import sha256
 from math import expm1
 from typing import NamedTuple, final
@@ -35,6 +35,32 @@ NOT_CHECKED_BY_SIEMENS = (
     " not checked"
 )
 """What is not known of SCL."""
+_C = {"c", "fmu"}
+_SCL = {"scl", TEMPCOMP}
+_EXPECTED = "expected outputs of the vectors: those of the cycle that runs on the computer"
+_RUN_C = "library and blocks of the same template run by gcc against the cycle, in tests"
+_RUN_ST = (
+    "library and blocks of the same template put into C word by word and run against the cycle,"
+    " in tests"
+)
+_NOT_CHECKED = (
+    ("wiring, signs and limits on the machine", {"st", *_C, *_SCL}),
+    (NOT_CHECKED_BY_SIEMENS, _SCL),
+    ("every step in the control: setting data, their writing, their sign", {TEMPCOMP}),
+    ("acceptance by the compiler of a control", {"st"}),
+    ("import by other tools than FMPy, and in real time", {"fmu"}),
+    ("other compilers than gcc, and other processors than that of the tests", _C),
+)
+"""What was not checked, and of which dialects that is said."""
+_OF_SENSOR = (
+    "lowest_c",
+    "highest_c",
+    "largest_rate_k_per_s",
+    "step_k",
+    "frozen_s",
+    "moves_with",
+    "rests_k",
+)
 _HALF_UNIT = {True: 2.0**-53, False: 2.0**-24}
 
 
@@ -104,20 +130,18 @@ def report_of(
         Strings, numbers, lists and mappings; the same for the same input, whatever the day and
         the machine. Keys: ``docs/how-to/export-to-a-plc.md``.
     """
-    compensation, target = settings.compensation, facts.target
-    model = compensation.model
-    rules = compensation.supervisor
-    restart = restart_warning(settings)
-    warnings = (
-        *(() if restart is None else (restart,)),
-        *setting_warnings(settings),
-        *facts.warnings,
-    )
+    compensation, target, tested = settings.compensation, facts.target, facts.vectors
+    model, rules = compensation.model, compensation.supervisor
+    in_c = target.dialect in _C
+    names, restart = settings.names, restart_warning(settings)
+    warnings = (*([restart] if restart else []), *setting_warnings(settings), *facts.warnings)
+    totals_um = tuple(bounds.total_um for bounds in compensation.bounds)
+    largest = (0.0, 0.0) if facts.line is None else facts.line.bounds(totals_um)
     report: dict[str, object] = {
         "format": REPORT_FORMAT,
         "version": REPORT_VERSION,
         "program": f"thermaxis {__version__}",
-        "block": settings.names.block,
+        "block": names.block,
         "library_version": LIBRARY_VERSION,
         "dialect": target.dialect,
         "variant": target.variant,
@@ -133,25 +157,15 @@ def report_of(
         "warnings": [*map(remark_of, warnings), *model.warnings],
         "warning_codes": [*map(message_as_json, warnings)],
         "names": {
-            "channels": dict(zip(compensation.judged, settings.names.channels, strict=True)),
-            "outputs": dict(
-                zip([o.name for o in model.outputs], settings.names.outputs, strict=True)
-            ),
+            "channels": dict(zip(compensation.judged, names.channels, strict=True)),
+            "outputs": dict(zip([o.name for o in model.outputs], names.outputs, strict=True)),
         },
         "limits": {
-            output.name: {entry.name: getattr(bounds, entry.name) for entry in fields(bounds)}
+            output.name: asdict(bounds)
             for output, bounds in zip(model.outputs, compensation.bounds, strict=True)
         },
         "sensors": {
-            channel: {
-                "lowest_c": rule.lowest_c,
-                "highest_c": rule.highest_c,
-                "largest_rate_k_per_s": rule.largest_rate_k_per_s,
-                "step_k": rule.step_k,
-                "frozen_s": rule.frozen_s,
-                "moves_with": rule.moves_with,
-                "rests_k": rule.rests_k,
-            }
+            channel: {key: getattr(rule, key) for key in _OF_SENSOR}
             for channel, rule in zip(compensation.judged, compensation.rules, strict=True)
         },
         "supervisor": {e.name: getattr(rules, e.name) for e in fields(rules) if e.init},
@@ -159,15 +173,31 @@ def report_of(
             "margin_k": compensation.validity_margin_k,
             "lowest_weight": compensation.lowest_weight,
         },
-        "line": _line(settings, facts.line),
+        "line": None
+        if facts.line is None
+        else {
+            "positions_mm": list(facts.line.positions_mm),
+            "reference_mm": facts.line.origin_mm,
+            "positive_motion": "away" if facts.line.away else "towards",
+            "largest_k0_mm": largest[0],
+            "largest_slope": largest[1],
+            "velocity_factor": facts.line.velocity_factor,
+        },
         "arithmetic": {
             "sections": _sections(settings),
             "tolerance_um": None if settings.double else TOLERANCE_UM,
         },
         "instance_bytes": facts.instance_bytes,
-        "vectors": _vectors(facts.vectors),
-        "checked": _checked(target, vectors=facts.vectors is not None),
-        "not_checked": _not_checked(target),
+        "vectors": None
+        if tested is None
+        else {
+            "rows": tested.rows,
+            "calls": tested.calls,
+            "not_in_the_rows": list(tested.missing),
+            "cut": list(tested.cuts),
+        },
+        "checked": ([] if tested is None else [_EXPECTED]) + [_RUN_C if in_c else _RUN_ST],
+        "not_checked": [said for said, dialects in _NOT_CHECKED if target.dialect in dialects],
         "files": {name: sha256(content).hexdigest() for name, content in files.items()},
     }
     return {**report, REPORT_HASH: report_sha256(report)}
@@ -195,32 +225,6 @@ def report_text(report: Mapping[str, object]) -> str:
     return json.dumps(report, indent=1, allow_nan=False) + "\n"
 
 
-def _line(settings: PlcSettings, line: LineSettings | None) -> dict[str, object] | None:
-    if line is None:
-        return None
-    totals_um = tuple(bounds.total_um for bounds in settings.compensation.bounds)
-    k0_mm, slope = line.bounds(totals_um)
-    return {
-        "positions_mm": list(line.positions_mm),
-        "reference_mm": line.origin_mm,
-        "positive_motion": "away" if line.away else "towards",
-        "largest_k0_mm": k0_mm,
-        "largest_slope": slope,
-        "velocity_factor": line.velocity_factor,
-    }
-
-
-def _vectors(vectors: Vectors | None) -> dict[str, object] | None:
-    if vectors is None:
-        return None
-    return {
-        "rows": vectors.rows,
-        "calls": vectors.calls,
-        "not_in_the_rows": list(vectors.missing),
-        "cut": list(vectors.cuts),
-    }
-
-
 def _sections(settings: PlcSettings) -> list[dict[str, object]]:
     """Return by section at which share of a step it would come to rest too early.
 
@@ -243,33 +247,3 @@ def _sections(settings: PlcSettings) -> list[dict[str, object]]:
                 }
             )
     return found
-
-
-def _checked(target: Target, *, vectors: bool) -> list[str]:
-    cycle = "expected outputs of the vectors: those of the cycle that runs on the computer"
-    said = [cycle] if vectors else []
-    if target.dialect in {"c", "fmu"}:
-        said.append(
-            "library and blocks of the same template run by gcc against the cycle, in tests"
-        )
-    else:
-        said.append(
-            "library and blocks of the same template put into C word by word and run against the"
-            " cycle, in tests"
-        )
-    return said
-
-
-def _not_checked(target: Target) -> list[str]:
-    said = ["wiring, signs and limits on the machine"]
-    if target.dialect in {"scl", TEMPCOMP}:
-        said.append(NOT_CHECKED_BY_SIEMENS)
-    if target.dialect == TEMPCOMP:
-        said.append("every step in the control: setting data, their writing, their sign")
-    if target.dialect == "st":
-        said.append("acceptance by the compiler of a control")
-    if target.dialect == "fmu":
-        said.append("import by other tools than FMPy, and in real time")
-    if target.dialect in {"c", "fmu"}:
-        said.append("other compilers than gcc, and other processors than that of the tests")
-    return said
