@@ -68,7 +68,7 @@ BY_FIGURE = ("plan.expected.figures",)
 """Objects with one object for each figure."""
 
 BY_NAME = (
-    *("identify.outputs", "verify.outputs", "compare.models[].outputs"),
+    *("identify.outputs", "verify.outputs", "verify.touches", "compare.models[].outputs"),
     *("verify.logs[].outputs", "verify.logs[].outside_training_range"),
     *(f"check.machine.{key}" for key in ("inputs", "interlocks", "probes", "outputs")),
 )
@@ -288,7 +288,7 @@ def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> N
     keys_by_place(json.loads(Path(model).read_text(encoding="ascii")), "model", found)
     log = str(examples / "lathe_verification.csv")
     series = folder / "series.json"
-    verify = ["verify", model, log, "--series", str(series), *json_words]
+    verify = ["verify", model, log, "--series", str(series), "--touch-every", "1h", *json_words]
     keys_written(verify, "verify", found)
     keys_by_place(json.loads(series.read_text(encoding="ascii")), "series", found)
     keys_written(["compare", model, log, *json_words], "compare", found)

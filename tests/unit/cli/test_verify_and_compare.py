@@ -69,6 +69,23 @@ def test_each_start_that_is_asked_for_is_run_and_said(tmp_path, capsys):
     assert limited["rmse_um"] == pytest.approx(rmse["rest"], rel=0.01)
 
 
+def test_touches_are_the_same_for_a_seed_and_stand_in_the_json_by_channel(tmp_path, capsys):
+    words = written(tmp_path)
+    often = ("--touch-every", "60min", "--touch-noise-um", "0.5")
+    first, again, other = (
+        result(tmp_path, "verify", *words, *often, "--seed", seed)["touches"] for seed in "112"
+    )
+    assert first == again != other
+    assert "model and offset" in capsys.readouterr().out
+    assert first["Z_um"]["with_offset_mae_um"] < first["Z_um"]["free_run_mae_um"]
+    for refused in (
+        ("--touches", "Z_um", "--touch-every", "1h"),
+        ("--touch-noise-um", "1"),
+        ("--touches", "Z_um=X_um"),
+    ):
+        assert main(["verify", *words, *refused]) == 2
+
+
 def test_models_of_one_file_name_are_compared_in_one_chart_and_one_table(tmp_path, capsys):
     model, log = written(tmp_path, states_k=0.0)
     (tmp_path / "weak").mkdir()

@@ -5,7 +5,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from thermaxis import __version__, report, thermal
-from thermaxis.cli._arguments import add_figures, add_json, add_report, adder
+from thermaxis.cli._arguments import (
+    add_figures,
+    add_json,
+    add_report,
+    adder,
+    count,
+    number,
+    positive_seconds,
+    refuse_alone,
+    refuse_both,
+)
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
@@ -36,6 +46,9 @@ _EXPLAINED = (
     " very log. All in um."
 )
 
+_RULES = ("nothing", "probe_and_hold", "free_run", "with_offset")
+_RULE_WORDS = ("nothing", "probe and hold", "model alone", "model and offset")
+_TOUCH_DEFAULTS = {"touch_noise_um": 1.0, "touch_drift_um": 2.0, "tolerance_um": 5.0, "seed": 0}
 _LIMITED = "With the correction within its limits, begun at rest as the machine begins"
 
 
@@ -66,6 +79,36 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " the others",
         Path,
     )
+    add(
+        "--touch-every TIME",
+        "touch the measured displacement with the machine's probe so often, and print what that is"
+        " worth: model alone, with an offset that each touch renews, probe and hold, nothing",
+        positive_seconds,
+    )
+    add(
+        "--touches CHANNEL[=OUTPUT]",
+        "the same with touches that the log holds, a column that is mostly empty; may be given"
+        " more than once",
+        measured_output,
+        action="append",
+    )
+    add(
+        "--touch-noise-um UM",
+        "standard deviation of a touch, added to what is measured (default: 1)",
+        number("noise from 0.01 to 1000 um", 0.01, 1000.0),
+    )
+    add(
+        "--touch-drift-um UM",
+        "standard deviation by which the offset drifts in an hour (default: 2; the likeliest is"
+        " printed)",
+        number("drift from 0.01 to 1000 um", 0.01, 1000.0),
+    )
+    add(
+        "--tolerance-um UM",
+        "errors beyond that are counted (default: 5)",
+        number("tolerance in um", 0.0, 1e6),
+    )
+    add("--seed N", "where the noise of the touches begins (default: 0)", count("number", 0))
     add_json(parser)
     add_series(parser)
     add_report(parser)
@@ -75,6 +118,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Verify, show and write."""
+    refuse_both(arguments, "--touch-every", "--touches")
+    if arguments.touches is None:
+        refuse_alone(
+            arguments,
+            "--touch-every",
+            *("--touch-noise-um", "--touch-drift-um", "--tolerance-um", "--seed"),
+        )
     check_outputs(
         [
             ("--json", arguments.json),
@@ -100,6 +150,7 @@ def run(arguments: argparse.Namespace) -> int:
             rows=rows,
             limits=limits,
             start=arguments.start,
+            touches=_touches(arguments, [output.name for output in model.outputs]),
         )
         written = [*arguments.report]
         if arguments.series is not None:
@@ -119,6 +170,29 @@ def run(arguments: argparse.Namespace) -> int:
     first = remarks_of(logs, assumed=True)
     show([*first, *shown, reading_codes(logs)], arguments.json, written)
     return 0
+
+
+def _touches(arguments: argparse.Namespace, outputs: list[str]) -> thermal.TouchPlan | None:
+    """Return how the log is touched, None where it is not."""
+    if arguments.touch_every is None and arguments.touches is None:
+        return None
+    channels = {entry.output: entry.channel for entry in arguments.touches or ()}
+    for name in channels:
+        if name not in outputs:
+            place = Place(key="--touches")
+            raise ConfigurationError(
+                "unknown_name", place=place, name=name, known=", ".join(outputs)
+            )
+    stated = {key: getattr(arguments, key) for key in _TOUCH_DEFAULTS}
+    stated = {key: _TOUCH_DEFAULTS[key] if v is None else v for key, v in stated.items()}
+    return thermal.TouchPlan(
+        every_s=arguments.touch_every,
+        channels=channels,
+        noise_um=stated["touch_noise_um"],
+        drift_um_per_root_h=stated["touch_drift_um"],
+        tolerance_um=stated["tolerance_um"],
+        seed=int(stated["seed"]),
+    )
 
 
 def _limits(path: Path | None, outputs: list[str]) -> dict[str, Limits]:
@@ -190,6 +264,7 @@ def described(
         *([mean] if len(pooled) > 1 else []),
         Value("mean_fit_percent", result.mean_fit_percent),
         Table(_LIMITED, list(_limited(result)), words=1),
+        *_touched(result),
         Section("", [_EXPLAINED]),
         *messages_of("left_over", thermal.left_over_messages(result), "left over"),
         Value("logs", [as_json(_log(log)) for log in logs]),
@@ -211,6 +286,63 @@ def _limited(result: thermal.Verification) -> list[list[Value]]:
         for log in result.logs
         for o in log.outputs
         if o.limited is not None
+    ]
+
+
+def _touched(result: thermal.Verification) -> list[Part]:
+    """Return what touches are worth, as two tables and for JSON."""
+    several = len(result.logs) > 1
+    found = {
+        f"{o.measured.name} ({log.name})" if several else o.measured.name: o.touched
+        for log in result.logs
+        for o in log.outputs
+        if o.touched is not None
+    }
+    if not found:
+        return [Value("touches", None)]
+    errors: list[list[Value]] = []
+    for name, figures in found.items():
+        for rule, words in zip(_RULES, _RULE_WORDS, strict=True):
+            error: thermal.TouchError = getattr(figures, rule)
+            errors.append(
+                [
+                    Value("", name[:40], "output"),
+                    Value("", words, "corrected by"),
+                    Value("", error.mae_um, "MAE", ".2f"),
+                    Value("", error.rmse_um, "RMSE", ".2f"),
+                    Value("", error.max_um, "max", ".2f"),
+                    Value("", 100.0 * error.beyond_share, "beyond %", ".1f"),
+                ]
+            )
+    touches = [
+        [
+            Value("", name[:40], "output"),
+            Value("touches", f.touches, "touches"),
+            Value("excluded", f.excluded, "excluded"),
+            Value("within_two_sigma", f.within_two_sigma, "in 2 sigma", ".2f"),
+            Value("likely_drift_um_per_root_h", f.likely_drift_um_per_root_h, "drift um/√h", ".2f"),
+            *(
+                Value(f"{rule}_{field}", getattr(getattr(f, rule), field))
+                for rule in _RULES
+                for field in ("mae_um", "rmse_um", "max_um", "beyond_share")
+            ),
+        ]
+        for name, f in found.items()
+    ]
+    means = [
+        f"{words} {sum(getattr(f, rule).mae_um for f in found.values()) / len(found):.2f}"
+        for rule, words in zip(_RULES, _RULE_WORDS, strict=True)
+    ]
+    return [
+        Table("What touches of a probe are worth, um", errors, words=2),
+        *([f"mean MAE: {', '.join(means)} um"] if len(found) > 1 else []),
+        Table(
+            "Touches: innovations within two sigma, and the drift that makes them likeliest",
+            touches,
+            key="touches",
+            names=list(found),
+            words=1,
+        ),
     ]
 
 

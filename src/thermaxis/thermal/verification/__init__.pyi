@@ -20,6 +20,11 @@ from ._start import (
     LogStart as LogStart,
     StartOfLog as StartOfLog,
 )
+from ._touched_run import (
+    TouchError as TouchError,
+    TouchFigures as TouchFigures,
+    TouchPlan as TouchPlan,
+)
 from ._verification import (
     OUTSIDE_SHARE as OUTSIDE_SHARE,
     MeasuredOutput as MeasuredOutput,

@@ -1,9 +1,9 @@
 """What a correction within limits takes away along a log: row by row through `cycle`."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -13,13 +13,16 @@ from thermaxis.compensation import (
     SHORTEST_CYCLE_S,
     Compensation,
     CompensationModel,
+    CycleOutput,
     CycleReading,
+    CycleState,
     Limits,
     Request,
     RequestKind,
     Sample,
     SensorRules,
     SupervisorState,
+    Touch,
     cycle,
     cycle_state,
 )
@@ -64,28 +67,69 @@ def limited_run(
     if not outputs:
         return LimitedRun({}, 0)
     model = replace(model, outputs=outputs)
-    step_s = log.usual_step_s if log.rows > 1 else SHORTEST_CYCLE_S
-    pieces = max(1, math.ceil(step_s / LONGEST_CYCLE_S))
-    compensation = Compensation(
-        model=model,
-        sensors=dict.fromkeys(model.channels, _BELIEVED),
-        limits={output.name: limits[output.name] for output in outputs},
-        cycle_s=max(step_s / pieces, SHORTEST_CYCLE_S),
+    compensation = compensation_along(
+        log, model, {output.name: limits[output.name] for output in outputs}
     )
-    state = cycle_state(compensation, references_of(model, log, reference_s))
-    state = state._replace(diameter_mm=diameter_mm)
     taken: list[tuple[float, ...]] = []
-    faults, before_s, held, requests = 0, float(log.time_s[0]), (), _ENABLE
-    table = np.stack(model_columns(model, log), axis=1).tolist()
-    for time_s, row in zip(log.time_s.tolist(), table, strict=True):
-        samples = tuple(Sample(value) for value in row)
-        between = [before_s + (time_s - before_s) * k / pieces for k in range(1, pieces)]
-        for at_s, seen in [*((at_s, held) for at_s in between if held), (time_s, samples)]:
-            reading = CycleReading(at_s, seen, read_back_um=state.correction_um, requests=requests)
-            state, output = cycle(compensation, state, reading)
-            fault = output.state is SupervisorState.FAULT
-            requests, faults = _ENABLE if fault else (), faults + fault
-        before_s, held = time_s, samples
-        taken.append(state.correction_um)
+    faults = 0
+    along = cycles_along(compensation, log, diameter_mm=diameter_mm, reference_s=reference_s)
+    for row, output in along:
+        faults += output.state is SupervisorState.FAULT
+        if row is not None:
+            taken.append(output.correction_um)
     columns = -np.array(taken)
     return LimitedRun({o.name: columns[:, k] for k, o in enumerate(outputs)}, faults)
+
+
+def _pieces(log: ThermalLog) -> int:
+    """Return in how many cycles a row passes. [1]"""
+    return max(1, math.ceil(log.usual_step_s / LONGEST_CYCLE_S)) if log.rows > 1 else 1
+
+
+def compensation_along(
+    log: ThermalLog, model: CompensationModel, limits: Mapping[str, Limits], **options: Any
+) -> Compensation:
+    """Return what a machine is compensated with of which every finite value is believed."""
+    step_s = log.usual_step_s / _pieces(log) if log.rows > 1 else SHORTEST_CYCLE_S
+    return Compensation(
+        model=model,
+        sensors=dict.fromkeys(model.channels, _BELIEVED),
+        limits=limits,
+        cycle_s=max(step_s, SHORTEST_CYCLE_S),
+        **options,
+    )
+
+
+Touching = Callable[[int, CycleState, CycleOutput], tuple[Touch, ...]]
+"""Touches at a row, with what the cycle has left and said there; they are known at the next row."""
+
+
+def cycles_along(
+    compensation: Compensation,
+    log: ThermalLog,
+    *,
+    diameter_mm: float | None,
+    reference_s: float | None,
+    touching: Touching | None = None,
+) -> Iterator[tuple[int | None, CycleOutput]]:
+    """Yield what every cycle says along a log, on a machine that obeys, and at which row."""
+    model, pieces = compensation.model, _pieces(log)
+    state = cycle_state(compensation, references_of(model, log, reference_s))
+    state = state._replace(diameter_mm=diameter_mm)
+    before_s, held, requests, touches = float(log.time_s[0]), (), _ENABLE, ()
+    table = np.stack(model_columns(model, log), axis=1).tolist()
+    for k, (time_s, values) in enumerate(zip(log.time_s.tolist(), table, strict=True)):
+        samples = tuple(Sample(value) for value in values)
+        between = [before_s + (time_s - before_s) * j / pieces for j in range(1, pieces)]
+        cycles = [*((None, at_s, held) for at_s in between if held), (k, time_s, samples)]
+        for row, at_s, seen in cycles:
+            known = () if row is None else touches
+            reading = CycleReading(
+                at_s, seen, read_back_um=state.correction_um, requests=requests, touches=known
+            )
+            state, output = cycle(compensation, state, reading)
+            requests = _ENABLE if output.state is SupervisorState.FAULT else ()
+            if row is not None and touching is not None:
+                touches = touching(row, state, output)
+            yield row, output
+        before_s, held = time_s, samples

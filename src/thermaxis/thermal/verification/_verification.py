@@ -20,6 +20,12 @@ from thermaxis.thermal.verification._free_run import (
 )
 from thermaxis.thermal.verification._limited_run import LimitedRun, limited_run
 from thermaxis.thermal.verification._start import LogStart, StartOfLog, start_of_log
+from thermaxis.thermal.verification._touched_run import (
+    Displaced,
+    TouchFigures,
+    TouchPlan,
+    touched_run,
+)
 
 AT_REFERENCE = 0.15
 """First value over the root mean square of an input up to which a log begins at its reference, as
@@ -131,6 +137,8 @@ class VerifiedOutput:
     limited: VerificationFigures | None = None
     """The figures with the correction within limits, begun at rest as the machine begins, whatever
     `start` is; None where none were stated."""
+    touched: TouchFigures | None = None
+    """What touches are worth, begun likewise; None where none were asked for."""
 
     @property
     def residual_um(self) -> FloatArray:
@@ -199,6 +207,7 @@ def verify(
     rows: tuple[int, int] | None = None,
     limits: Mapping[str, Limits] | None = None,
     start: LogStart | None = None,
+    touches: TouchPlan | None = None,
 ) -> Verification:
     """Compare the free run of a model with what logs measured.
 
@@ -227,6 +236,8 @@ def verify(
         State of the machine at the first row. Default: at rest, as `cycle` starts, unless the
         measured rows make another start 20 times more likely. A fitted start takes states and
         zero from the rows before those that count, or from all where these are too few.
+    touches : TouchPlan, optional
+        When the machine is touched; what that is worth then stands beside. Default: never.
 
     Returns
     -------
@@ -252,7 +263,13 @@ def verify(
     verified = tuple(
         _verify_log(
             _Comparison(
-                model, _measured_in(model, log, measured), reference_s, rows, limits or {}, start
+                model,
+                _measured_in(model, log, measured),
+                reference_s,
+                rows,
+                limits or {},
+                start,
+                touches,
             ),
             log,
         )
@@ -304,6 +321,7 @@ class _Comparison:
     rows: tuple[int, int] | None
     limits: Mapping[str, Limits]
     start: LogStart | None
+    touches: TouchPlan | None
 
 
 def _verify_log(asked: _Comparison, log: ThermalLog) -> VerifiedLog:
@@ -401,7 +419,8 @@ def _verify_output(
     if not bool(np.any(at_start)):
         at_start = np.zeros_like(both)
         at_start[np.flatnonzero(both)[0]] = True
-    measured -= float(np.mean(measured[at_start]))
+    zero_um = float(np.mean(measured[at_start]))
+    measured -= zero_um
     counted = both
     if rows is not None:
         counted = np.zeros_like(both)
@@ -463,6 +482,43 @@ def _verify_output(
         failed=_failed(runs[0].bad),
         start_rows=0 if asked.start is LogStart.STEADY else int(np.sum(known)),
         limited=limited,
+        touched=_touched(
+            asked, log, entry, measured, zero_um, rest.displacement_um[at_start], counted
+        ),
+    )
+
+
+def _touched(
+    asked: _Comparison,
+    log: ThermalLog,
+    entry: MeasuredOutput,
+    measured: FloatArray,
+    zero_um: float,
+    begun_um: FloatArray,
+    counted: NDArray[np.bool_],
+) -> TouchFigures | None:
+    """Return what touches are worth for an output; None where it is not touched.
+
+    What the model says at the start is `begun_um`; what is measured begins at a zero there.
+    """
+    plan, level_um = asked.touches, float(np.mean(begun_um))
+    if plan is None or (plan.every_s is None and entry.output not in plan.channels):
+        return None
+    if plan.every_s is None:
+        touched = log.column(plan.channels[entry.output], unit="um") - zero_um
+    else:
+        number = [one.channel for one in asked.measured].index(entry.channel)
+        touched = np.random.default_rng((plan.seed, number)).normal(measured, plan.noise_um)
+    return touched_run(
+        plan,
+        replace(
+            asked.model, outputs=tuple(o for o in asked.model.outputs if o.name == entry.output)
+        ),
+        log,
+        Displaced(touched + level_um, measured + level_um, level_um, counted),
+        asked.limits.get(entry.output),
+        diameter_mm=entry.diameter_mm,
+        reference_s=asked.reference_s,
     )
 
 

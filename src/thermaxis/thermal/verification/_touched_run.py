@@ -1,0 +1,223 @@
+"""What touches of a probe are worth along a log: the same `cycle`, touched now and then."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.compensation import (
+    FASTEST_LIMIT_UM_PER_S,
+    LARGEST_LIMIT_UM,
+    CompensationModel,
+    CycleOutput,
+    CycleState,
+    Limits,
+    Touch,
+    TouchOutcome,
+    TouchRules,
+)
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.log import ThermalLog
+from thermaxis.thermal.verification._limited_run import compensation_along, cycles_along
+
+_WIDE = Limits(LARGEST_LIMIT_UM, FASTEST_LIMIT_UM_PER_S)
+_EVERYWHERE_K = 1e6
+_DRIFTS_UM = np.geomspace(0.05, 50.0, 61)
+"""Drifts among which the likeliest is looked for. [µm/√h]"""
+_ROUNDING = 1e-9
+_FEWEST = 8
+"""Fewer touches say nothing of a drift. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TouchPlan:
+    """When a log is touched, and how touches are believed."""
+
+    every_s: float | None = None
+    """The measured displacement is touched so often, at once again where a second touch is wanted;
+    None where columns hold the touches. [s]"""
+    channels: Mapping[str, str]
+    """Column of touches by output: displacements, with the zero of the measured one."""
+    noise_um: float = 1.0
+    """Standard deviation of a touch; it is added to the measured displacement. [µm]"""
+    drift_um_per_root_h: float = 2.0
+    """As of `TouchRules`. [µm/√h]"""
+    seed: int = 0
+    """Where the noise begins."""
+    tolerance_um: float = 5.0
+    """An error beyond that is counted. [µm]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class TouchError:
+    """What one rule leaves of the displacement."""
+
+    mae_um: float
+    """Mean absolute error. [µm]"""
+    rmse_um: float
+    """Root mean square error. [µm]"""
+    max_um: float
+    """Largest absolute error. [µm]"""
+    beyond_share: float
+    """Share of the rows beyond the tolerance. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class TouchFigures:
+    """What touches are worth for one output."""
+
+    nothing: TouchError
+    """The machine as it is, with the zero of its first row."""
+    probe_and_hold: TouchError
+    """Corrected by what the last touch has shown."""
+    free_run: TouchError
+    """Corrected by the model alone."""
+    with_offset: TouchError
+    """Corrected by model and offset of the touches."""
+    touches: int
+    """Touches along the log. [1]"""
+    excluded: int
+    """Of them excluded by the gate. [1]"""
+    within_two_sigma: float | None
+    """Share of the innovations in the rows that count within two standard deviations; None where
+    there are none. [1]"""
+    likely_drift_um_per_root_h: float | None
+    """Drift that makes the touches before the rows that count likeliest, or all where there are
+    few; None where there are few at all. [µm/√h]"""
+
+
+class _Seen(NamedTuple):
+    """A touch: when, the offset that it shows, and its innovation over its standard deviation."""
+
+    row: int
+    time_s: float
+    offset_um: float
+    ratio: float
+
+
+class Displaced(NamedTuple):
+    """A displacement along a log, (n,), NaN where there is none, and the rows that count."""
+
+    touched_um: FloatArray
+    """What a touch shows where one is taken. [µm]"""
+    measured_um: FloatArray
+    """What is judged by. [µm]"""
+    level_um: float
+    """Where both begin: what the model says there. [µm]"""
+    counted: NDArray[np.bool_]
+
+
+def touched_run(
+    plan: TouchPlan,
+    model: CompensationModel,
+    log: ThermalLog,
+    shown: Displaced,
+    limits: Limits | None,
+    *,
+    diameter_mm: float | None,
+    reference_s: float | None,
+) -> TouchFigures:
+    """Run the compensation of one output along a log that is touched.
+
+    A touch is known at the next row: each is judged by what was known before its own touch. The
+    machine obeys. Without limits there are none, and the model is believed everywhere.
+    """
+    touched_um, measured_um, level_um, counted = shown
+    (output,) = model.outputs
+    own = limits or _WIDE
+    rules = TouchRules(
+        limits=own, noise_um=plan.noise_um, drift_um_per_root_h=plan.drift_um_per_root_h, acts=True
+    )
+    options = {} if limits else {"validity_margin_k": _EVERYWHERE_K}
+    compensation = compensation_along(
+        log, model, {output.name: own}, touches={output.name: rules}, **options
+    )
+    due = _due(plan.every_s, log.time_s, ~np.isnan(touched_um))
+    model_um, correction_um, held_um = (np.zeros(log.rows) for _ in range(3))
+    held_um += level_um
+    seen: list[_Seen] = []
+    excluded = 0
+
+    def touching(row: int, state: CycleState, said: CycleOutput) -> tuple[Touch, ...]:
+        again = plan.every_s is not None and TouchOutcome.EXCLUDED in said.touch_outcomes
+        shown_um = float(touched_um[row])
+        if math.isnan(shown_um) or not (due[row] or again):
+            return ()
+        held_um[row + 1 :] = shown_um
+        belief, std_um = state.offsets[0].belief, said.offset_std_um[0] or 0.0
+        z_um = shown_um - said.weight[0] * said.model_um[0]
+        r_um = z_um - (belief.offset_um if belief else 0.0)
+        sigma_um = math.hypot(std_um, plan.noise_um)
+        seen.append(_Seen(row, said.time_s, z_um, r_um / sigma_um))
+        value_um = shown_um + said.correction_um[0]
+        return (Touch(output.name, value_um, said.time_s, len(seen)),)
+
+    for row, said in cycles_along(
+        compensation, log, diameter_mm=diameter_mm, reference_s=reference_s, touching=touching
+    ):
+        excluded += said.touch_outcomes.count(TouchOutcome.EXCLUDED)
+        if row is not None:
+            model_um[row], correction_um[row] = said.model_um[0], said.correction_um[0]
+    left = (
+        measured_um - level_um,
+        measured_um - held_um,
+        measured_um - model_um,
+        measured_um + correction_um,
+    )
+    first, behind = (int(np.flatnonzero(counted)[k]) for k in (0, -1))
+    judged = [abs(one.ratio) <= 2.0 for one in seen if first <= one.row <= behind]
+    before = [one for one in seen if one.row < first]
+    errors = [_error(e[counted], plan.tolerance_um) for e in left]
+    return TouchFigures(
+        *errors,
+        touches=len(seen),
+        excluded=excluded,
+        within_two_sigma=float(np.mean(judged)) if judged else None,
+        likely_drift_um_per_root_h=_likely_drift(rules, before if len(before) >= _FEWEST else seen),
+    )
+
+
+def _due(every_s: float | None, time_s: FloatArray, able: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the rows in which a touch is due: the first able one of every interval, or all."""
+    if every_s is None:
+        return able
+    rows = np.flatnonzero(able)
+    interval = np.floor((time_s[rows] - time_s[0]) / every_s + _ROUNDING)
+    due = np.zeros_like(able)
+    due[rows[np.unique(interval, return_index=True)[1]]] = True
+    return due
+
+
+def _error(left_um: FloatArray, tolerance_um: float) -> TouchError:
+    size = np.abs(left_um)
+    return TouchError(
+        mae_um=float(np.mean(size)),
+        rmse_um=float(np.sqrt(np.mean(size**2))),
+        max_um=float(np.max(size)),
+        beyond_share=float(np.mean(size > tolerance_um)),
+    )
+
+
+def _likely_drift(rules: TouchRules, seen: Sequence[_Seen]) -> float | None:
+    """Return the drift by which the innovations of touches are likeliest: each is N(0, S)."""
+    if len(seen) < _FEWEST:
+        return None
+    t_s, z_um = np.array([one.time_s for one in seen]), np.array([one.offset_um for one in seen])
+    noise_um2 = rules.noise_um**2
+    best: tuple[float, float] = (-math.inf, math.nan)
+    for drift_um in _DRIFTS_UM.tolist():
+        grown_um2 = drift_um**2 * np.diff(t_s) / 3600.0
+        b_um, p_um2, likelihood = float(z_um[0]), noise_um2, 0.0
+        for z, q in zip(z_um[1:].tolist(), grown_um2.tolist(), strict=True):
+            s_um2 = p_um2 + q + noise_um2
+            r_um, gain = z - b_um, (p_um2 + q) / s_um2
+            likelihood -= 0.5 * (math.log(s_um2) + r_um**2 / s_um2)
+            b_um, p_um2 = b_um + gain * r_um, (1.0 - gain) * (p_um2 + q)
+        best = max(best, (likelihood, drift_um))
+    return best[1]

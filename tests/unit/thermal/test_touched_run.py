@@ -1,0 +1,107 @@
+"""What touches are worth along a log, against laws and a displacement that is known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from thermaxis.compensation import CompensationModel, Limits, Output, Part, Section
+from thermaxis.thermal import MeasuredOutput, ThermalLog, TouchFigures, TouchPlan, verify
+
+MODEL = CompensationModel(
+    outputs=(Output("Z_um", (Part("spindle", "T_C", "", 1.0, (Section(4.0, 1800.0),)),)),)
+)
+EXACT = TouchPlan(every_s=3600.0, channels={}, noise_um=0.01)
+
+
+def warmed(offset_um: np.ndarray, **columns: np.ndarray) -> ThermalLog:
+    """Return minutes of what the model says of a machine that rests, then warms, and an offset."""
+    time_s = 60.0 * np.arange(offset_um.size)
+    u = 8.0 * (1.0 - np.exp(-np.maximum(time_s - 300.0, 0.0) / 7200.0))
+    x = np.zeros_like(u)
+    alpha = -math.expm1(-60.0 / 1800.0)
+    for k in range(1, u.size):
+        x[k] = x[k - 1] + alpha * (u[k - 1] - x[k - 1])
+    values = {"T_C": 20.0 + u, "Z_um": 3.0 + u + 4.0 * x + offset_um, **columns}
+    return ThermalLog.from_columns(values, sample_time_s=60.0, name="warm")
+
+
+def touched(log: ThermalLog, plan: TouchPlan, **options: object) -> TouchFigures:
+    figures = verify(MODEL, [log], touches=plan, **options).logs[0].outputs[0].touched
+    assert figures is not None
+    return figures
+
+
+def test_a_perfect_model_needs_no_touches_and_loses_nothing_by_them() -> None:
+    found = touched(warmed(np.zeros(600)), EXACT, rows=(60, 600))
+    assert found.free_run.mae_um < 1e-9
+    assert found.with_offset.mae_um < 0.02
+    assert found.probe_and_hold.mae_um > 0.5
+    assert (found.touches, found.excluded) == (10, 0)
+
+
+def test_an_offset_is_gone_after_a_touch_and_a_second_one_where_it_is_large() -> None:
+    offset_um = np.where(np.arange(600) < 90, 0.0, 30.0)
+    found = touched(warmed(offset_um), EXACT, rows=(300, 600))
+    assert found.free_run.mae_um == pytest.approx(30.0, abs=1e-9)
+    assert found.with_offset.mae_um < 0.02
+    assert (found.touches, found.excluded) == (11, 1)
+
+
+def test_what_each_rule_leaves_is_what_it_is_called() -> None:
+    offset_um = 0.02 * np.arange(600.0)
+    log = warmed(offset_um)
+    found = touched(log, EXACT, rows=(60, 600))
+    z_um = log.column("Z_um") - np.mean(log.column("Z_um")[:2])
+    held = np.concatenate([np.zeros(1), np.repeat(z_um[::60], 60)])[:600]
+    left = (z_um - held)[60:]
+    assert found.nothing.rmse_um == pytest.approx(np.sqrt(np.mean(z_um[60:] ** 2)))
+    assert found.probe_and_hold.mae_um == pytest.approx(np.mean(np.abs(left)), abs=0.01)
+    assert found.probe_and_hold.max_um == pytest.approx(np.max(np.abs(left)), abs=0.05)
+    beyond = np.mean(np.abs(z_um[60:]) > 5.0)
+    assert found.nothing.beyond_share == pytest.approx(beyond)
+    assert found.with_offset.mae_um == pytest.approx(0.02 * 30.5, abs=0.02)
+
+
+def test_touches_in_a_column_are_those_of_the_log_and_judge_what_was_known_before() -> None:
+    offset_um = 0.02 * np.arange(600.0)
+    whole = warmed(offset_um)
+    probed = np.full(600, np.nan)
+    probed[::60] = whole.column("Z_um")[::60]
+    log = warmed(offset_um, probe_um=probed)
+    plan = TouchPlan(channels={"Z_um": "probe_um"}, noise_um=0.01)
+    found = touched(log, plan, rows=(60, 600))
+    assert found.with_offset.mae_um == pytest.approx(0.02 * 30.5, abs=0.02)
+    own = MeasuredOutput("probe_um", "Z_um")
+    sparse = verify(MODEL, [log], [own], touches=plan, rows=(61, 600)).logs[0].outputs[0].touched
+    assert sparse is not None
+    assert sparse.with_offset.mae_um == pytest.approx(0.02 * 60, abs=0.02), "not by its own touch"
+
+
+def test_an_output_without_touches_has_no_figures_of_them() -> None:
+    log = warmed(np.zeros(100))
+    assert verify(MODEL, [log]).logs[0].outputs[0].touched is None
+    plan = TouchPlan(channels={})
+    assert verify(MODEL, [log], touches=plan).logs[0].outputs[0].touched is None
+
+
+def test_limits_hold_for_model_and_offset_together() -> None:
+    offset_um = np.where(np.arange(600) < 90, 0.0, 30.0)
+    limits = {"Z_um": Limits(45.0, 1.0)}
+    found = touched(warmed(offset_um), EXACT, rows=(300, 600), limits=limits)
+    total_um = float(np.mean(warmed(offset_um).column("Z_um")[300:])) - 3.0
+    assert found.with_offset.mae_um == pytest.approx(total_um - 45.0, rel=0.1)
+
+
+def test_the_likeliest_drift_is_the_true_one_and_innovations_lie_where_they_should() -> None:
+    rng = np.random.default_rng(3)
+    walk = 1.5 * np.sqrt(1.0 / 60.0) * np.cumsum(rng.standard_normal(18_000))
+    time_s = 60.0 * np.arange(walk.size)
+    values = {"T_C": np.full(walk.size, 20.0), "Z_um": walk}
+    log = ThermalLog.from_columns({**values, "time_s": time_s}, sample_time_s=60.0, name="walk")
+    plan = TouchPlan(every_s=3600.0, channels={}, noise_um=1.0, drift_um_per_root_h=1.5, seed=2)
+    found = touched(log, plan)
+    assert found.likely_drift_um_per_root_h == pytest.approx(1.5, rel=0.2)
+    assert found.within_two_sigma is not None
+    assert 0.91 < found.within_two_sigma < 0.98
+    assert found.with_offset.mae_um < found.probe_and_hold.mae_um < found.free_run.mae_um
