@@ -3,12 +3,12 @@
 import re
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from math import expm1, frexp
+from math import frexp
 from typing import final
 
 from thermaxis.codes import Message, Place
-from thermaxis.compensation import LONGEST_STEP_CYCLES, Compensation, CompensationModel, Part
-from thermaxis.errors import ConfigurationError
+from thermaxis.compensation import LONGEST_STEP_CYCLES, Compensation, Part
+from thermaxis.errors import ConfigurationError, require_count
 from thermaxis.plc._names import PlcNames, names_of
 from thermaxis.plc._numbers import stored
 
@@ -18,22 +18,14 @@ CYCLE_TOLERANCE = 0.1
 """Share by which a measured cycle may differ from the exported one. Default: a tenth. [1]"""
 LONGEST_DELAY_CYCLES = 10_000
 """Longest delay: the elements of an array that an old PLC has room for. [1]"""
-MOST_OUTPUTS = 8
-"""Most outputs of a program. [1]"""
-MOST_PARTS = 50
-"""Most parts of a program. [1]"""
-MOST_SECTIONS = 100
-"""Most sections of a program. [1]"""
-MOST_CHANNELS = 32
-"""Most channels of a program: the terminals of some modules. [1]"""
+MOST = {"outputs": 8, "parts": 50, "sections": 100, "channels": 32}
+"""Most of each in a program; 32 channels are the terminals of some modules. [1]"""
 COUNTED_PER_S = 128
 """Cycles in REAL are multiples of a second by this, so that times up to a day are counted exactly:
 a day has less than 2**24 of them. [1/s]"""
 LEAST_STEP_ULPS = 1000
 """Least change in a cycle that a rate may allow in REAL, in units in the last place of the total:
 rounding then changes the rate by less than a thousandth. [1]"""
-LARGEST_STALL = 1e-3
-"""Largest share of a step in which a section in REAL may come to rest too early. [1]"""
 
 _HASH = re.compile(r"[0-9a-f]{64}")
 
@@ -41,7 +33,7 @@ _HASH = re.compile(r"[0-9a-f]{64}")
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlcSettings:
-    """What `build_program` builds.
+    """What is exported, and what is refused because no block can carry it.
 
     Not protected: whether the limits suit the machine; whether the PLC calls the block as often
     as stated is checked by the block itself, from the cycle time that it is told.
@@ -51,9 +43,10 @@ class PlcSettings:
     ConfigurationError
         If there are redundant sensors or other interlocks than `INTERLOCK`, too many outputs,
         parts, sections or channels, a delay that is no whole number of cycles or too long, a gap
-        that is shorter than two cycles, a name that cannot be made legal, or a number that
-        the target's numbers cannot hold. In REAL also if the cycle is no multiple of 1/128 s, a
-        time is too long to be counted exactly, or a rate is lost in the rounding of its total.
+        that is shorter than two cycles, or a name that cannot be made legal. In REAL also if the
+        cycle is no multiple of 1/128 s, a time is too long to be counted exactly, a rate is lost
+        in the rounding of its total, or two diameters are the same. Other numbers that the target
+        cannot hold are refused by `Block`.
     """
 
     compensation: Compensation
@@ -83,7 +76,14 @@ class PlcSettings:
             raise ConfigurationError(
                 "one_interlock_in_block", interlock=INTERLOCK, place=Place(key="interlocks")
             )
-        _require_size(model, len(compensation.judged))
+        layout = model.layout
+        for key, counted in (
+            ("outputs", model.outputs),
+            ("parts", layout.parts),
+            ("sections", layout.taus_s),
+            ("channels", compensation.judged),
+        ):
+            require_count(key, len(counted), 0, MOST[key])
         for part in model.layout.parts:
             _require_delay(part, compensation.cycle_s)
         if model.longest_gap_s < LONGEST_STEP_CYCLES * self.cycle_s:
@@ -93,7 +93,10 @@ class PlcSettings:
         if self.model_sha256 and not _HASH.fullmatch(self.model_sha256):
             raise ConfigurationError("no_sha256", place=Place(key="model_sha256"))
         object.__setattr__(self, "names", names_of(model, self.name, compensation.judged))
-        _require_numbers(self)
+        _require_apart(self)
+        if not self.double:
+            _require_counted(self)
+            _require_rates(self)
 
     @property
     def cycle_s(self) -> float:
@@ -117,18 +120,7 @@ class PlcSettings:
         return tuple([b.largest_rate_um_per_s * self.cycle_s for b in bounds])
 
     def delay_cycles(self, part: Part) -> int:
-        """Return the delay of a part.
-
-        Parameters
-        ----------
-        part : Part
-            A part of the model.
-
-        Returns
-        -------
-        int
-            Its delay in cycles. [1]
-        """
+        """Return the delay of a part in cycles. [1]"""
         return round(part.delay_s / self.cycle_s)
 
 
@@ -209,20 +201,6 @@ def _in_cycles(part: Part, cycle_s: float, notes: list[Message]) -> Part:
 # ---- checks -------------------------------------------------------------------------------------
 
 
-def _require_size(model: CompensationModel, channels: int) -> None:
-    layout = model.layout
-    for what, number, most in (
-        ("outputs", len(model.outputs), MOST_OUTPUTS),
-        ("parts", len(layout.parts), MOST_PARTS),
-        ("sections", len(layout.taus_s), MOST_SECTIONS),
-        ("channels", channels, MOST_CHANNELS),
-    ):
-        if number > most:
-            raise ConfigurationError(
-                "outside_count", count=number, least=1, most=most, place=Place(key=what)
-            )
-
-
 def _require_delay(part: Part, cycle_s: float) -> None:
     cycles = part.delay_s / cycle_s
     place = Place(key="parts", channel=part.name)
@@ -244,19 +222,6 @@ def compensated_stall(alpha: float) -> float:
     than half a unit in the last place of that one.
     """
     return 2.0**-48 / alpha
-
-
-def require_no_stall(alpha: float, *, place: Place) -> None:
-    """Refuse a section that would come to rest too early in REAL."""
-    if not alpha > 0.0 or compensated_stall(alpha) > LARGEST_STALL:
-        raise ConfigurationError("section_too_slow", place=place)
-
-
-def _require_lag(settings: PlcSettings, tau_s: float, place: Place) -> None:
-    alpha = -expm1(-settings.cycle_s / tau_s)
-    stored(alpha, double=settings.double, place=place)
-    if not settings.double:
-        require_no_stall(alpha, place=place)
 
 
 def _require_counted(settings: PlcSettings) -> None:
@@ -306,22 +271,13 @@ def _require_rates(settings: PlcSettings) -> None:
             )
 
 
-def _require_numbers(settings: PlcSettings) -> None:
-    model, double = settings.compensation.model, settings.double
-    if not double:
-        _require_counted(settings)
-        _require_rates(settings)
-    if model.input_filter_s > 0.0:
-        _require_lag(settings, model.input_filter_s, Place(key="input_filter_s"))
-    for part in model.layout.parts:
+def _require_apart(settings: PlcSettings) -> None:
+    """Refuse diameters that the target's numbers do not tell apart."""
+    for part in settings.compensation.model.layout.parts:
         place = Place(key="parts", channel=part.name)
-        numbers = [part.direct_gain_um_per_k, part.tool_gain]
-        numbers += [section.gain_um_per_k for section in part.sections]
-        numbers += [x for p in part.gain_by_diameter for x in (p.diameter_mm, p.gain)]
-        for value in numbers:
-            stored(value, double=double, place=place)
-        for section in part.sections:
-            _require_lag(settings, section.time_constant_s, place)
-        held = [stored(p.diameter_mm, double=double, place=place) for p in part.gain_by_diameter]
-        if any(a >= b for a, b in pairwise(held)):
+        held_mm = [
+            stored(p.diameter_mm, double=settings.double, place=place)
+            for p in part.gain_by_diameter
+        ]
+        if any(a >= b for a, b in pairwise(held_mm)):
             raise ConfigurationError("diameters_equal_in_real", place=place)

@@ -22,7 +22,7 @@ from thermaxis.compensation import (
 )
 from thermaxis.plc import Block, PlcSettings, export_settings, remark_of
 from thermaxis.plc._numbers import stored
-from thermaxis.plc._settings import compensated_stall, require_no_stall
+from thermaxis.plc._settings import compensated_stall
 
 RULES = SensorRules(lowest_c=1.0, highest_c=90.0)
 
@@ -153,8 +153,8 @@ def test_a_gap_within_two_cycles_is_refused() -> None:
 def test_numbers_that_binary32_cannot_hold_are_refused_in_real_only() -> None:
     tiny = a_compensation(Part("p", "t", "", 1e-40))
     with refused("too_small_for_plc", Place(key="parts", channel="p"), kind="REAL"):
-        exported(tiny, double=False)
-    assert exported(tiny).double
+        Block(settings=exported(tiny, double=False))
+    assert Block(settings=exported(tiny)).settings.double
     narrow = (GainPoint(100.0, 1.0), GainPoint(100.000001, 2.0))
     close = a_compensation(Part("p", "t", "", 1.0, gain_by_diameter=narrow))
     with refused("diameters_equal_in_real", Place(key="parts", channel="p")):
@@ -181,24 +181,10 @@ def test_a_constant_that_only_the_build_computes_is_refused_too() -> None:
 def test_the_stall_of_a_compensated_increment_matters_only_beyond_every_legal_section() -> None:
     """The slowest legal section at the fastest legal cycle: alpha is 1e-9."""
     assert compensated_stall(1e-9) == pytest.approx(3.55e-6, rel=1e-3)
-    require_no_stall(1e-9, place=Place(key="section"))
-    for alpha in (1e-12, 0.0):
-        with refused("section_too_slow"):
-            require_no_stall(alpha, place=Place(key="section"))
-
-
-def test_the_filter_of_the_inputs_is_checked_as_a_section_is(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """The slowest legal filter, a day, is far from resting too early: so the limit is moved."""
-    plain = a_compensation()
-    slow = replace(plain, model=replace(plain.model, input_filter_s=86_400.0))
-    assert not exported(slow, double=False).double
-    monkeypatch.setattr("thermaxis.plc._settings.LARGEST_STALL", compensated_stall(1.0 / 1e4))
-    assert not exported(plain, double=False).double
-    assert exported(slow).double
-    with refused("section_too_slow", Place(key="input_filter_s")):
-        exported(slow, double=False)
+    with refused("not_positive_up_to", most=1e8):
+        Section(1.0, 1.01e8)
+    with refused("outside_range", least=0.1):
+        exported(a_compensation(), cycle_s=0.099)
 
 
 def test_a_number_in_the_target_is_rounded_once() -> None:

@@ -29,7 +29,6 @@ error-too_large_for_plc = { $value } is too large for { $kind }.
     .remedy = Export with LREAL (--real 64), or choose a unit that suits it.
 error-too_small_for_plc = { $value } is too small for { $kind }.
     .remedy = Export with LREAL (--real 64), or choose a unit that suits it.
-error-section_too_slow = The section is too slow for its cycle in REAL.
     .remedy = Export with a longer cycle (--cycle-s), or with LREAL (--real 64).
 error-cycle_not_counted = REAL does not count times exactly with a cycle of { $cycle_s } s.
     .remedy = Choose a multiple of 1/{ $parts } s, such as { FIXED($nearest_s, decimals: 7) }, or LREAL (--real 64).

@@ -37,6 +37,7 @@ _RISING = "rising"
 _CALLS = 32_768
 _LARGEST_GAP_S = 1e9
 _ENUMERATIONS = (SupervisorState, Reason, Outcome, SampleQuality, Quality)
+_RATE_SHARE, _BAND_SHARE, _APART_UM = 2e-5, 2e-4, 0.02
 # By member, not by its word: two enumerations may share one.
 _PLACES = {id(member): k for one in _ENUMERATIONS for k, member in enumerate(one)}
 
@@ -221,9 +222,8 @@ class CycleBlock:
         if gap:
             self._gaps_s += min(inputs.cycle_time_s, _LARGEST_GAP_S)
             # After a gap the block moves by no more than in any other call.
-            compensation = with_limits(
-                compensation, {"largest_rate_um_per_s": 1.0 / LONGEST_STEP_CYCLES}
-            )
+            share = 1.0 / LONGEST_STEP_CYCLES
+            compensation = _with_limits(compensation, "largest_rate_um_per_s", share)
         self._good_calls += in_time
         time_s = settings.cycle_s * self._good_calls + self._gaps_s
         read = tuple(u if inputs.read_ok else None for u in inputs.read_um)
@@ -319,12 +319,51 @@ def words_of(outputs: PlcOutputs) -> PlcOutputs:
     )
 
 
-def with_limits(compensation: Compensation, times: Mapping[str, float]) -> Compensation:
+@final
+class JudgedBlock:
+    """`cycle` as a block that says whether rounding in REAL may move a change of state.
+
+    A correction that goes to zero in equal steps arrives a call earlier or later by rounding
+    alone, and with it a state changes; a goal at the edge of the deadband is taken or not. Where
+    blocks whose rates and deadbands differ by a few roundings say the same, so does the target.
+    """
+
+    def __init__(self, settings: PlcSettings, line: LineSettings | None = None) -> None:
+        self._block, self._others = CycleBlock(settings, line), list[CycleBlock]()
+        self.judged = True
+        """Whether the target must say what was said last."""
+        compensation = settings.compensation
+        shares = {"largest_rate_um_per_s": _RATE_SHARE, "deadband_um": _BAND_SHARE}
+        for key, share in shares.items() if not settings.double else ():
+            if any(getattr(bounds, key) for bounds in compensation.bounds):
+                for times in (1.0 - share, 1.0 + share):
+                    near = replace(settings, compensation=_with_limits(compensation, key, times))
+                    self._others.append(CycleBlock(near, line))
+
+    def step(self, inputs: PlcInputs) -> PlcOutputs:
+        """Do what one call of the block does."""
+        outputs = self._block.step(inputs)
+        near = [_near(other.step(inputs), outputs) for other in self._others]
+        self.judged = all(near)
+        return outputs
+
+    def values(self) -> Mapping[str, Cell]:
+        """Return every input and output of the last call with a line by its name."""
+        return self._block.values()
+
+
+def _with_limits(compensation: Compensation, key: str, times: float) -> Compensation:
     limits = {
-        name: replace(one, **{key: share * getattr(one, key) for key, share in times.items()})
+        name: replace(one, **{key: times * getattr(one, key)})
         for name, one in compensation.limits.items()
     }
     return replace(compensation, limits=limits)
+
+
+def _near(one: PlcOutputs, other: PlcOutputs) -> bool:
+    """Whether two blocks say the same words, and corrections that rounding may make different."""
+    pairs = zip(one.correction_um, other.correction_um, strict=True)
+    return words_of(one) == words_of(other) and all(abs(a - b) <= _APART_UM for a, b in pairs)
 
 
 def _in_real(part: Any) -> Any:

@@ -9,7 +9,6 @@ shows them, but is no way to hand LREAL on. One writer for the block with and wi
 import math
 from collections import deque
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from itertools import groupby
 from typing import NamedTuple, final
 
@@ -22,14 +21,12 @@ from thermaxis.plc.vectors._call_sequence import MOST_CALLS, CallSequence
 from thermaxis.plc.vectors._phases import LONG_ROW_CALLS
 from thermaxis.plc.vectors._reference import (
     Cell,
-    CycleBlock,
+    JudgedBlock,
     PlcInputs,
     PlcOutputs,
     by_variable,
-    with_limits,
     words_of,
 )
-from thermaxis.plc.vectors._simulated_plant import PlcStep
 
 DEFAULT_SEED = 1
 """Seed of the noise in the vectors. [1]"""
@@ -38,7 +35,6 @@ LINE_LIMITED = "line_limited 1 - the limits of the corrections keep the line wit
 TOLERANCE_UM = 0.002
 """Largest difference of a number in REAL from the vectors. [µm]"""
 _DIGITS = {True: 17, False: 9}
-_RATE_SHARE, _BAND_SHARE, _APART_UM = 2e-5, 2e-4, 0.02
 
 
 @final
@@ -91,13 +87,13 @@ def vectors_of(
     """
     face = interface_of(settings, line)
     variables = (*face.inputs, *face.outputs)
-    block = CycleBlock(settings, line)
+    block = JudgedBlock(settings, line)
     sequence = CallSequence(settings, seed=DEFAULT_SEED, most_calls=most_calls, block=block)
     seen: set[str] = set()
     rows: list[str] = []
     calls = 0
     before: _Row | None = None
-    for row in _rows(sequence, block, _nearly_the_same(settings, line)):
+    for row in _rows(sequence, block):
         seen.update(_occurring(settings, row, before))
         values = row.line or {
             **by_variable(settings.names, row.inputs),
@@ -118,49 +114,16 @@ def vectors_of(
     return Vectors("\n".join([*lines, ""]), len(rows), calls, missing, cuts)
 
 
-def _rows(
-    sequence: CallSequence, block: CycleBlock, others: tuple[CycleBlock, ...]
-) -> Iterator[_Row]:
-    """Return the calls of a sequence; where others say other words nothing is judged."""
-
-    def called(step: PlcStep) -> _Row:
-        near = [_near(other.step(step.inputs), step.outputs) for other in others]
-        return _Row(1, *step, block.values(), all(near))
-
-    for _, same in groupby(map(called, sequence.steps()), _words):
-        ((calls, last),) = deque(enumerate(same, 1), maxlen=1)
-        yield last._replace(calls=calls)
+def _rows(sequence: CallSequence, block: JudgedBlock) -> Iterator[_Row]:
+    """Return the calls of a sequence, those that say the same together."""
+    calls = (_Row(1, *step, block.values(), block.judged) for step in sequence.steps())
+    for _, same in groupby(calls, _words):
+        ((number, last),) = deque(enumerate(same, 1), maxlen=1)
+        yield last._replace(calls=number)
 
 
 def _words(row: _Row) -> tuple[object, ...]:
     return repr(row.inputs), words_of(row.outputs), row.judged, row.line.get("line_limited")
-
-
-def _nearly_the_same(settings: PlcSettings, line: LineSettings | None) -> tuple[CycleBlock, ...]:
-    """Return blocks that show in REAL what rounding may change: there are none in LREAL.
-
-    A correction that goes to zero in equal steps arrives a call earlier or later by rounding
-    alone, and with it a state changes; a goal at the edge of the deadband is taken or not. Where
-    rates and deadbands that differ by a few roundings say the same, so does the target.
-    """
-    if settings.double:
-        return ()
-    compensation = settings.compensation
-    changes = [("largest_rate_um_per_s", share) for share in (-_RATE_SHARE, _RATE_SHARE)]
-    if any(bounds.deadband_um for bounds in compensation.bounds):
-        changes += [("deadband_um", share) for share in (-_BAND_SHARE, _BAND_SHARE)]
-    return tuple(
-        CycleBlock(
-            replace(settings, compensation=with_limits(compensation, {key: 1.0 + share})), line
-        )
-        for key, share in changes
-    )
-
-
-def _near(one: PlcOutputs, other: PlcOutputs) -> bool:
-    """Whether two blocks say the same words, and corrections that rounding may make different."""
-    pairs = zip(one.correction_um, other.correction_um, strict=True)
-    return words_of(one) == words_of(other) and all(abs(a - b) <= _APART_UM for a, b in pairs)
 
 
 # ---- what is in them ----------------------------------------------------------------------------
