@@ -20,14 +20,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, TypeGuard, TypeVar, cast
 
+from starlette.datastructures import QueryParams
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from thermaxis.app._shelf import Clock, Entry, Owner, Shelf
 from thermaxis.codes import Message, printable, value_of_json, values_of_json
-from thermaxis.messages import remedy_of, sentence_of, text_of
-from thermaxis.web import RefusedError, answer_json, refuse
+from thermaxis.errors import ThermaxisError
+from thermaxis.messages import LANGUAGES, remedy_of, sentence_of, text_of
+from thermaxis.web import RefusedError, answer_json, refuse, spoken
 from thermaxis.web.work import (
     PROGRESS,
     BusyError,
@@ -53,7 +55,7 @@ _LACKS_MEMORY = re.compile(r"\bMemoryError\b|\bmemory allocation\b|\bbad_alloc\b
 _BAD_REQUEST, _UNAUTHORIZED, _NOT_FOUND, _TOO_SLOW, _TOO_LARGE = 400, 401, 404, 408, 413
 _NOT_EVALUATED, _BUSY, _NO_ROOM = 422, 429, 507
 _REFUSED, _SIGKILL = 2, -9
-_NOT_ALLOWED_IN_NAME = re.compile(r"[^A-Za-z0-9_-]+")
+_NOT_ALLOWED_IN_NAME = re.compile(r"[^\w-]+")
 _MEDIA = {".html": "text/html", ".json": "application/json", ".pdf": "application/pdf"}
 _log = logging.getLogger(__name__)
 
@@ -185,7 +187,8 @@ class Room:
             outcome = await unless_gone(request, run)
         finally:
             self._works = None
-        return await asyncio.to_thread(_told_of, outcome, names or {}, limits.longest_s)
+        language = spoken(request)
+        return await asyncio.to_thread(_told_of, outcome, names or {}, limits.longest_s, language)
 
     async def progress(self, _: Request) -> Response:
         """Return the step at which the command is that runs."""
@@ -201,7 +204,7 @@ class Room:
         kind, entry = self._kinds.get(request.path_params["kind"]), self.found(request)
         if kind is None:
             raise RefusedError(_NOT_FOUND, "room-gone")
-        path = entry.folder.path / (kind.file or next(iter(entry.inputs)))
+        path = entry.folder.path / (kind.file or next(iter(entry.inputs), ""))
         words = self.words_for(entry, kind)
         if not is_file(path) and words:
             works = work_of(request)
@@ -218,13 +221,13 @@ class Room:
         return FileResponse(
             path,
             media_type=_MEDIA.get(path.suffix, "application/octet-stream"),
-            filename=None if kind.headers else f"{file_stem(entry.name)}-{kind.file}",
+            filename=None if kind.headers else f"{file_stem(entry.name)}-{kind.file or path.name}",
             headers={"Cache-Control": "no-store", **kind.headers},
         )
 
     def words_for(self, entry: Entry, kind: Kind) -> list[str]:
         """Return the words of the command that writes a file of an entry."""
-        return [*entry.words, *kind.words] if kind.words else []
+        return [*entry.words, *kind.words] if kind.words and entry.words else []
 
 
 def shown_name(given: str) -> str:
@@ -234,8 +237,31 @@ def shown_name(given: str) -> str:
 
 
 def file_stem(name: str) -> str:
-    """Return a name for a download that every system and header takes."""
+    """Return a name for a file that every system takes, with the letters of any language."""
     return _NOT_ALLOWED_IN_NAME.sub("_", Path(name).stem).strip("_")[:60] or "run"
+
+
+Along = Mapping[str, tuple[str, str, int]]
+"""Files that go along behind the first, in their order: option, name, largest size [byte]."""
+
+
+def along(query: QueryParams, files: Along) -> tuple[dict[str, int], list[str]]:
+    """Return sizes of the files that go along, by their names, and the words that name them."""
+    others, words = dict[str, int](), list[str]()
+    for key, (word, file, largest) in files.items():
+        if size := size_of(query.get(f"{key}_bytes", "0"), key, largest):
+            others[file] = size
+            words.append(f"{word}={file}")
+    return others, words
+
+
+def size_of(text: str, option: str, largest_bytes: int) -> int:
+    """Return the size of a file that goes along. [byte]"""
+    if not (text.isascii() and text.isdecimal() and len(text) < 12):
+        raise no_option(option)
+    if int(text) > largest_bytes:
+        raise RefusedError(_TOO_LARGE, "positioning-table_too_large", largest=largest_bytes // 1000)
+    return int(text)
 
 
 async def receive_files(
@@ -263,6 +289,17 @@ async def receive_files(
         for name, size in others.items():
             (folder / name).write_bytes(stream.read(size))
         stream.truncate(first_bytes)
+
+
+def read_small(
+    read: Callable[[Path], _Found], path: Path, name: str, language: str = LANGUAGES[0]
+) -> _Found:
+    """Return what a model or a file of settings says, or refuse it in words."""
+    try:
+        return read(path)
+    except ThermaxisError as error:
+        said = text_of(error.message, language=language).replace(str(path), name)
+        raise RefusedError(_NOT_EVALUATED, "room-refused", said=said) from None
 
 
 async def unless_gone(request: Request, work: Coroutine[Any, Any, _Found]) -> _Found:
@@ -310,7 +347,7 @@ def words_of(
 
 def no_option(option: str) -> RefusedError:
     """Return the refusal of what the page never sends."""
-    return RefusedError(_BAD_REQUEST, "room-bad_option", option=option)
+    return RefusedError(_BAD_REQUEST, "room-bad_option", option=f"--{option.replace('_', '-')}")
 
 
 def spoken_as(told: object, language: str) -> Any:
@@ -342,6 +379,12 @@ def spoken_as(told: object, language: str) -> Any:
             table[name] = [*bare, *(_text_of(code, language) for code in codes)]
         elif end == "code" and (isinstance(one, str) or _is_message(one)):
             table[stem] = _text_of(one, language)
+    if "reading_codes" in table and "warnings" in table:  # there they stand as bare texts
+        pairs = zip(found["reading_codes"], table["reading_codes"], strict=True)
+        said = {
+            f"{one['log']}: {one['text']}": f"{one['log']}: {own['text']}" for one, own in pairs
+        }
+        table["warnings"] = [said.get(one, one) for one in table["warnings"]]
     return table
 
 
@@ -355,7 +398,7 @@ def _text_of(code: object, language: str) -> str:
     return text_of(found, language=language) if isinstance(found, Message) else str(found)
 
 
-def _told_of(outcome: Outcome, names: Mapping[str, str], longest_s: float) -> Json:
+def _told_of(outcome: Outcome, names: Mapping[str, str], longest_s: float, language: str) -> Json:
     """Return what a command has printed, or refuse in words what came instead."""
     if outcome.ending is Ending.TOO_LONG:
         raise RefusedError(_NOT_EVALUATED, "room-too_long", limit=longest_s)
@@ -376,7 +419,7 @@ def _told_of(outcome: Outcome, names: Mapping[str, str], longest_s: float) -> Js
     if outcome.code == _REFUSED and isinstance(printed, dict) and "error" in printed:
         found = value_of_json(told["error"])
         if isinstance(found, Message):
-            found = text_of(replace(found, code=f"error-{found.code}"))
+            found = text_of(replace(found, code=f"error-{found.code}"), language=language)
         raise RefusedError(_NOT_EVALUATED, "room-refused", said=str(found))
     said = str(without_paths(outcome.said, outcome.folder, names))
     text = printable(said.removeprefix("thermaxis: error: ").strip()[-2000:], 2000)

@@ -150,7 +150,8 @@ def is_legal(name: str) -> bool:
 
 def remark_text(text: str, longest: int = LONGEST_TEXT) -> str:
     """Return text from a person so that it may stand in a remark of any target."""
-    plain = unicodedata.normalize("NFKD", _ascii_units(text))
+    units = re.sub(r"(?<=um)/(?=[A-Za-z])", " per ", _ascii_units(text).replace("−", "-"))
+    plain = unicodedata.normalize("NFKD", units)
     kept = "".join(c for c in plain if not unicodedata.combining(c))
     whole = " ".join(re.sub(r"[^A-Za-z0-9 _.-]", " ", kept).split())
     if len(whole) <= longest:

@@ -197,8 +197,8 @@ def test_two_meanings_of_a_number_are_a_choice_on_the_page(app: App, browser: Br
     head = "cycle,direction,position_mm,deviation_um,time\n"
     page.evaluate(DROP, ["#run-drop", "run.csv", head + dates])
     wrong = page.locator("#wrong")
-    expect(wrong).to_contain_text("--date-order", timeout=LONGEST_MS)
-    expect(page.locator("select[name=date_order]")).to_be_visible()
+    expect(wrong).to_contain_text(sentence("positioning-date_order"), timeout=LONGEST_MS)
+    expect(page.locator("select[name=date_order]")).to_be_focused()
     page.select_option("select[name=date_order]", "day")
     page.click("#run-submit")
     named(page, "run.csv")

@@ -32,6 +32,7 @@ PARTS = ("dc_gain", "direct_gain", "gains", "time_constants_s", "delay_s")
 @pytest.fixture
 def page(app: App, browser: Browser) -> Iterator[Page]:
     found = opened(browser, app)
+    found.on("dialog", lambda asked: asked.accept())
     found.goto(found.url.rstrip("/") + "/thermal")
     yield found
     clear(found)
@@ -41,7 +42,6 @@ def page(app: App, browser: Browser) -> Iterator[Page]:
 
 def clear(page: Page) -> None:
     """Remove every log, and with it what was made of it."""
-    page.on("dialog", lambda asked: asked.accept())
     for left in range(page.locator("#logs li").count(), 0, -1):
         page.locator("#logs button").first.click()
         expect(page.locator("#logs li")).to_have_count(left - 1, timeout=LONGEST_MS)
@@ -141,8 +141,19 @@ def test_a_text_is_refused_and_work_can_be_cancelled_without_loss(page: Page) ->
     page.evaluate(DROP, ["#drop", "letter.txt", "Dear colleague, the log follows."])
     wrong = page.locator("#wrong")
     expect(wrong).to_contain_text(sentence("room-refused", {"said": ""})[:20], timeout=LONGEST_MS)
+    rows = "".join(f"03/04/2026 08:{k},{20 + k},{k}\n" for k in range(10, 60))
+    page.evaluate(DROP, ["#drop", "plain.csv", "time,spindle,probe\n" + rows])
+    expect(page.locator("[name=date_order]")).to_be_focused(timeout=LONGEST_MS)
+    page.select_option("[name=date_order]", "day")
+    page.click("#reading-form button")
+    expect(page.locator("#units select")).to_have_count(2, timeout=LONGEST_MS)
+    for name, unit in (("spindle", "degC"), ("probe", "um")):
+        page.get_by_label(sentence("thermal-unit_of", {"name": name})).select_option(unit)
+    page.click("#reading-form button")
+    expect(page.locator("#inputs select").first).to_have_value("spindle", timeout=LONGEST_MS)
     assert all("422" in one for one in FAULTS[page])  # the browser tells every refusal
     FAULTS[page].clear()
+    clear(page)
     dropped(page)
     page.click("#identify .main")
     page.click("#cancel")
@@ -156,6 +167,7 @@ def test_the_page_is_readable_for_everybody_in_every_language_and_size(
     app: App, browser: Browser
 ) -> None:
     page = opened(browser, app)
+    page.on("dialog", lambda asked: asked.accept())
     sizes: list[int] = []
     page.on("requestfinished", lambda one: sizes.append(one.sizes()["responseBodySize"]))
     page.goto(page.url.rstrip("/") + "/thermal")

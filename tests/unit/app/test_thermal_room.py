@@ -136,6 +136,34 @@ def test_everything_of_a_model_can_be_taken_along_and_goes_with_its_log(bench: B
     assert bench.ask("GET", f"/thermal/model/{model}", GOOD).status_code == 404
 
 
+def test_a_saved_model_comes_back_and_is_verified_on_another_log(bench: Bench) -> None:
+    log = bench.log()
+    model = bench.model(log).json()["id"]
+    saved = bench.ask("GET", f"/thermal/model/{model}", GOOD)
+    assert "model-1-model.json" in saved.headers["Content-Disposition"]
+    cut = b'{"format": "thermaxis-compensation-model", "version": 1'
+    for content in (b'{"a": 1}', b"[" * 9000, cut, b"\xff", saved.content.replace(b"1", b"2")):
+        refused = bench.drop("Fräse.json", content)
+        assert refused.status_code == REFUSED
+        assert refused.json()["text"].startswith(sentence("room-refused", {"said": "Fräse.json"}))
+    again = bench.drop("Fräse.json", saved.content).json()["id"]
+    made, found = bench.entries()[-2:]
+    assert (found["kind"], found["name"], found["made_of"]) == ("model", "Fräse", [])
+    part, same = (one["told"]["outputs"]["Z_um"]["parts"][0] for one in (made, found))
+    assert {key: part[key] for key in same} == same
+    assert found["told"]["trained_on"] == [bench.entries()[0]["told"]["logs"][0]["sha256"]]
+    figures = [
+        bench.post("verify", model=one, logs=[log]).status_code == OK
+        and bench.entries()[-1]["told"]["outputs"]
+        for one in (model, again)
+    ]
+    assert figures[0] == figures[1]
+    assert bench.ask("GET", f"/thermal/pdf/{again}", GOOD).status_code == 404  # of no known logs
+    assert bench.ask("GET", f"/thermal/log/{again}", GOOD).status_code == 404
+    name = bench.ask("GET", f"/thermal/model/{again}", GOOD).headers["Content-Disposition"]
+    assert name == "attachment; filename*=utf-8''Fr%C3%A4se-model.json"
+
+
 def test_two_models_are_compared_and_two_recorders_joined(bench: Bench) -> None:
     log = bench.log()
     models = [bench.model(log, method=one).json()["id"] for one in ("modal", "static")]

@@ -119,6 +119,7 @@ def test_text_from_people_is_letters_digits_space_and_three_signs(text: str) -> 
 
 
 def test_text_from_people_stays_readable() -> None:
+    assert remark_text("+3.55 and −2.57 µm/K") == "3.55 and -2.57 um per K"
     assert remark_text("Ložisko č. 3 (°C) – 5 µm; *) END_VAR") == "Lozisko c. 3 degC 5 um END_VAR"
 
 

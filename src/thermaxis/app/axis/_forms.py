@@ -3,10 +3,11 @@
 import contextlib
 import tempfile
 import tomllib
+from functools import partial
 from pathlib import Path
 from typing import Final, cast, final
 
-from thermaxis.errors import ConfigurationError
+from thermaxis.app._rooms import read_small
 from thermaxis.files.settings import (
     BUDGET_KEYS,
     HEADER_GROUPS,
@@ -14,6 +15,7 @@ from thermaxis.files.settings import (
     read_figure_limits,
     read_header,
 )
+from thermaxis.messages import LANGUAGES
 from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.quantities import AxisKind
 from thermaxis.web import RefusedError
@@ -21,7 +23,7 @@ from thermaxis.web import RefusedError
 LARGEST_TABLE_BYTES: Final = 64_000
 """Largest head, file of limits, budget or mapping. [byte]"""
 _READERS = {"limits": read_figure_limits, "budget": read_budget}
-_BAD_REQUEST, _NOT_EVALUATED = 400, 422
+_BAD_REQUEST = 400
 
 
 def forms() -> dict[str, dict[str, list[tuple[str, str, bool]]]]:
@@ -69,20 +71,15 @@ class KeptForms:
             file.with_suffix(".new").replace(file)
 
 
-def judge(form: str, text: bytes) -> None:
+def judge(form: str, text: bytes, language: str = LANGUAGES[0]) -> None:
     """Refuse what the command would not read as the file that a form stands for."""
     texts_of(text)
+    kind = AxisKind.ROTARY if b"_arcsec" in text else AxisKind.LINEAR
+    read = partial(_READERS[form], kind=kind) if form in _READERS else read_header
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{form}.toml"
         path.write_bytes(text)
-        try:
-            if form in _READERS:
-                _READERS[form](path, AxisKind.ROTARY if b"_arcsec" in text else AxisKind.LINEAR)
-            else:
-                read_header(path)
-        except ConfigurationError as error:
-            said = str(error).replace(str(path), path.name)
-            raise RefusedError(_NOT_EVALUATED, "room-refused", said=said) from None
+        read_small(read, path, path.name, language)
 
 
 def texts_of(text: bytes) -> dict[str, dict[str, str]]:

@@ -7,19 +7,21 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from starlette.datastructures import QueryParams
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from thermaxis.app._rooms import (
     RESULTS,
+    Along,
     Kind,
     Room,
     RoomHost,
+    along,
     no_option,
     receive_files,
     shown_name,
+    size_of,
     spoken_as,
     words_of,
 )
@@ -42,7 +44,7 @@ MOST_OF_A_PERSON: Final = 10
 MOST_BYTES: Final = 400_000_000
 """Largest sum of what lies in the folders of all results; the oldest go. [byte]"""
 _EXTENSIONS = (".rtl", ".csv", ".dat", ".xlsx", ".xls", ".md", ".txt")
-_BAD_REQUEST, _TOO_LARGE = 400, 413
+_BAD_REQUEST = 400
 _PLAN, _TABLE, _PROGRAM = "plan.json", "table.txt", "program.txt"
 
 _OPTIONS = ("cycle", "edition", "reference_cycle", "reference_time")
@@ -53,14 +55,14 @@ _UNITS = ("mm,um", "mm,mm", "mm,nm", "m,um", "in,uin", "deg,arcsec", "deg,deg", 
 _TABLE_OPTIONS = ("control", "axis", "points")
 _PLAN_OPTIONS = ("length", "targets", "start", "axis", "pitch", "feed", "dwell", "cycles")
 _PROGRAM_OPTIONS = ("control", "travel", "warm_up")
-_FILES: Final[Mapping[str, tuple[str, str, int]]] = {
+_FILES: Final[Along] = {
     "head": ("--header", "head.toml", LARGEST_TABLE_BYTES),
     "limits": ("--limits", "limits.toml", LARGEST_TABLE_BYTES),
     "budget": ("--budget", "budget.toml", LARGEST_TABLE_BYTES),
     "plan": ("--plan", _PLAN, LARGEST_PLAN_BYTES),
     "map": ("--map", "map.toml", LARGEST_TABLE_BYTES),
 }
-"""Files that go along behind the run, in this order."""
+_MAP: Final[Along] = {"map": _FILES["map"]}
 _REPORT_POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; form-action 'none';"
     " base-uri 'none'; frame-ancestors 'self'; sandbox"
@@ -152,7 +154,7 @@ class AxisRoom(Room):
             raise no_option("reference_cycle, reference_time")
         options = words_of(query, _OPTIONS, flags=("no_drift", "full"))
         reading = words_of(query, _READING)
-        others, words = _others(query)
+        others, words = along(query, _FILES)
         stored, shown = stored_name(name), shown_name(name)
         today = self.host.utc().astimezone().date().isoformat()
         stated = (f"--date={today}", f"--source-name={shown}", *options, *words, *reading)
@@ -181,10 +183,10 @@ class AxisRoom(Room):
         stored = [f"{k}-{stored_name(name)}" for k, name in enumerate(names)]
         shown = {file: shown_name(name) for file, name in zip(stored, names, strict=True)}
         others = {
-            file: _size_of(size, "bytes", LARGEST_BYTES)
+            file: size_of(size, "bytes", LARGEST_BYTES)
             for file, size in zip(stored[1:], sizes[1:], strict=True)
         }
-        tables, given = _others(query, "map")
+        tables, given = along(query, _MAP)
         words = ["trend", *stored, "--json=-", *given, *words_of(query, _READING)]
         async with self.work(request) as folder:
             await receive_files(
@@ -246,7 +248,7 @@ class AxisRoom(Room):
         if form not in forms():
             raise no_option("form")
         if text:
-            judge(form, text)
+            judge(form, text, spoken(request))
         self._forms.keep(self.owner(request).name, form, text)
         return answer_json({})
 
@@ -260,26 +262,6 @@ def stored_name(given: str) -> str:
     if lower.endswith("_iso230.dat"):
         return "run_ISO230.dat"
     return "run" + next((one for one in _EXTENSIONS if lower.endswith(one)), ".txt")
-
-
-def _others(query: QueryParams, *only: str) -> tuple[dict[str, int], list[str]]:
-    """Return sizes of the files that go along, by their names, and the words that name them."""
-    others, words = dict[str, int](), list[str]()
-    for key in only or _FILES:
-        word, file, largest = _FILES[key]
-        size = _size_of(query.get(f"{key}_bytes", "0"), key, largest)
-        if size:
-            others[file] = size
-            words.append(f"{word}={file}")
-    return others, words
-
-
-def _size_of(text: str, option: str, largest_bytes: int) -> int:
-    if not (text.isascii() and text.isdecimal() and len(text) < 12):
-        raise no_option(option)
-    if int(text) > largest_bytes:
-        raise RefusedError(_TOO_LARGE, "positioning-table_too_large", largest=largest_bytes // 1000)
-    return int(text)
 
 
 def _shown(entry: Entry, request: Request) -> Response:

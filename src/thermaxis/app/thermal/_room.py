@@ -3,7 +3,7 @@
 import asyncio
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, cast
 
@@ -13,18 +13,23 @@ from starlette.routing import BaseRoute, Route
 
 from thermaxis.app._rooms import (
     RESULTS,
+    Along,
     Json,
     Kind,
     Room,
     RoomHost,
+    along,
     file_stem,
     no_option,
+    read_small,
     receive_files,
     shown_name,
     spoken_as,
     words_of,
 )
 from thermaxis.app._shelf import Entry, Shelf
+from thermaxis.compensation import CompensationModel, Part
+from thermaxis.files import read_model
 from thermaxis.web import RefusedError, answer_json, object_of, spoken
 from thermaxis.web.work import WorkFolder
 
@@ -39,12 +44,14 @@ MOST_NAMES: Final = 40
 _BAD_REQUEST, _NO_ROOM = 400, 507
 _EXTENSIONS = (".csv", ".txt", ".parquet", ".xlsx", ".mat", ".tdms")
 _NAME = r"[^\x00-\x1f\x7f]{1,200}"
-_MODEL, _SERIES, _MAP = "model.json", "series.json", "map.toml"
+_MODEL, _SERIES, _MAP, _SAVED = "model.json", "series.json", "map.toml", ".json"
+_FILES: Final[Along] = {"map": ("--mapping", _MAP, 64_000)}
 _IDENTIFY = ("method", "sample_time")
-_EXPORT = ("dialect", "cycle_s", "limit", "rate", "plausible")
+_EXPORT = ("dialect", "cycle_s", "limit", "rate", "plausible", "reference")
 _KINDS: Final[Mapping[str, Kind]] = {
     "model": Kind(_MODEL),
     "series": Kind(_SERIES),
+    "log": Kind(""),
     "plc": Kind("plc.zip"),
     "pdf": Kind("report.pdf", ("--report=report.pdf",)),
     "html": Kind("report.html", ("--report=report.html",)),
@@ -91,7 +98,7 @@ class ThermalRoom(Room):
             page="thermal",
             megabytes=LARGEST_BYTES // 1_000_000,
             largest_bytes=LARGEST_BYTES,
-            extensions=",".join((*_EXTENSIONS, ".toml")),
+            extensions=",".join((*_EXTENSIONS, _SAVED, ".toml")),
         )
 
     # ---- what is there -------------------------------------------------------------------------
@@ -109,26 +116,29 @@ class ThermalRoom(Room):
     # ---- work ----------------------------------------------------------------------------------
 
     async def _upload(self, request: Request) -> Response:
-        """Keep a log, if the command can read it."""
+        """Keep a log, if the command can read it, or a model that was saved before."""
         query = request.query_params
-        name, size = query.get("name", ""), query.get("map_bytes", "0")
-        if not re.fullmatch("[0-9]{1,5}", size, re.ASCII):
-            raise no_option("map")
-        others = {_MAP: int(size)} if int(size) else {}
+        stored, shown = stored_name(query.get("name", "")), shown_name(query.get("name", ""))
+        others, _ = along(query, _FILES)
         async with self.work(request) as folder:
-            log = folder.path / stored_name(name)
-            await receive_files(request, folder.path, log.name, others, LARGEST_BYTES)
-            return await self._taken(request, folder, log, shown_name(name), *others)
+            file = folder.path / stored
+            await receive_files(request, folder.path, stored, others, LARGEST_BYTES)
+            if file.suffix != _SAVED:
+                return await self._taken(request, folder, file, shown, *others)
+            self._refuse_full(request)
+            model = await asyncio.to_thread(read_small, read_model, file, shown, spoken(request))
+            known = {one.name for one in self.shelf.all_of(self.owner(request))}
+            name = _unused(file.stem, known)
+            file.rename(folder.path / _MODEL)
+            entry = Entry(self.owner(request), "model", name, (), folder, {}, _told_of(model))
+            return answer_json({"id": self.keep(entry).id})
 
     async def _taken(
         self, request: Request, folder: WorkFolder, log: Path, name: str, *maps: str
     ) -> Response:
         """Look at a log, and keep it under a name that no other log has."""
-        known = {file for one in self.shelf.all_of(self.owner(request)) for file in one.inputs}
-        stem, number = log.stem, 1
-        while log.name in known:
-            number += 1
-            log = log.rename(log.with_name(f"{stem}-{number}{log.suffix}"))
+        known = {Path(f).stem for one in self.shelf.all_of(self.owner(request)) for f in one.inputs}
+        log = log.rename(log.with_stem(_unused(log.stem, known)))
         words = ("channels", log.name, *(f"--mapping={one}" for one in maps))
         inputs = {log.name: log, **{one: folder.path / one for one in maps}}
         entry = Entry(self.owner(request), "log", name, words, folder, inputs)
@@ -185,8 +195,7 @@ class ThermalRoom(Room):
 
     async def _made(self, request: Request, entry: Entry, files: Mapping[str, str]) -> Response:
         """Run the command of an entry, and keep what it prints and writes, by file and option."""
-        if self.shelf.is_full(entry.owner):
-            raise RefusedError(_NO_ROOM, "thermal-full")
+        self._refuse_full(request)
         folder = entry.folder
         words = [*entry.words, *(f"{option}={file}" for file, option in files.items()), "--json=-"]
         inputs = {n: path for n, path in entry.inputs.items() if path.parent != folder.path}
@@ -211,6 +220,10 @@ class ThermalRoom(Room):
 
     # ---- what is asked for ---------------------------------------------------------------------
 
+    def _refuse_full(self, request: Request) -> None:
+        if self.shelf.is_full(self.owner(request)):
+            raise RefusedError(_NO_ROOM, "thermal-full")
+
     def _entry(self, request: Request, key: object, kind: str) -> Entry:
         found = self.found(request, key or "")
         if found.kind != kind:
@@ -234,6 +247,28 @@ def _shown(entry: Entry, language: str) -> Json:
         "made_of": entry.made_of,
         "told": spoken_as(entry.told, language),
     }
+
+
+def _told_of(model: CompensationModel) -> Json:
+    """Return of a saved model what an identification would have told of it."""
+
+    def part_of(part: Part) -> Json:
+        return {
+            "input": part.name,
+            "dc_gain": part.dc_gain_um_per_k,
+            "direct_gain": part.direct_gain_um_per_k,
+            "gains": [one.gain_um_per_k for one in part.sections],
+            "time_constants_s": [one.time_constant_s for one in part.sections],
+            "delay_s": part.delay_s,
+        }
+
+    figures, outputs = model.provenance.figures, dict[str, Json]()
+    for one in model.outputs:
+        fit = figures.get(f"{one.name}.fit_percent")
+        parts = [part_of(part) for part in one.parts]
+        outputs[one.name] = {"fit_percent": fit, "parts": parts, "warnings": []}
+    seen = [log.sha256 for log in model.provenance.logs]
+    return {"outputs": outputs, "warnings": list(model.warnings), "trained_on": seen}
 
 
 def _inputs_of(entries: Sequence[Entry]) -> dict[str, Path]:
@@ -280,10 +315,20 @@ def identify_words(asked: Json) -> list[str]:
 
 
 def stored_name(given: str) -> str:
-    """Return a name for an uploaded log that no command takes for an option."""
-    suffix = Path(given).suffix.lower()
-    stem = file_stem(given).strip("-")
-    return f"{stem or 'log'}{suffix if suffix in _EXTENSIONS else '.csv'}"
+    """Return a name for an uploaded file that no command takes for an option."""
+    suffix = Path(given).suffix
+    plain = re.fullmatch(r"\.[A-Za-z0-9]{1,8}", suffix, re.ASCII) and suffix.lower()
+    suffix = plain if plain and plain != ".toml" else ".csv"
+    return f"{file_stem(given).strip('-') or 'log'}{suffix}"
+
+
+def _unused(stem: str, known: Collection[str]) -> str:
+    """Return a name, with a number behind it where it is used already."""
+    number, found = 1, stem
+    while found in known:
+        number += 1
+        found = f"{stem}-{number}"
+    return found
 
 
 def _names_of(asked: Json, key: str) -> list[str]:

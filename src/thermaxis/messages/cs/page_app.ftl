@@ -30,3 +30,4 @@ room-bad_option = Volba není známa nebo nemá smysl: { $option }
 room-no_answer = Program neodpovídá. Ověřte, že ještě běží, a zkuste to znovu.
 room-cancelled = Zrušeno. Vše předchozí zůstalo.
 room-cancel = Zrušit
+room-field = „{ $name }“

@@ -1,7 +1,7 @@
 ### Slova místnosti teplotních záznamů.
 
 thermal-logs = Záznamy
-thermal-drop = Sem přetáhněte záznamy teplot a posunutí, nebo je vyberte (.csv, .xlsx, .parquet, .mat, .tdms; každý nejvýše { $megabytes } MB; přiřazení sloupců (.toml) platí pro záznamy, které přijdou s ním a po něm)
+thermal-drop = Sem přetáhněte záznamy teplot a posunutí, nebo je vyberte (.csv, .xlsx, .parquet, .mat, .tdms; každý nejvýše { $megabytes } MB), i uložené modely (.json) k ověření. Přiřazení sloupců (.toml) platí pro záznamy, které přijdou s ním a po něm.
 thermal-join = Spojit oba podle času
 thermal-shift = Sekundy přičtené k hodinám druhého (prázdné: ze společných kanálů nebo z denního času)
 thermal-remove = Odebrat { $name }
@@ -33,6 +33,15 @@ thermal-between = od { $from } do { $to }
 thermal-findings = Pochybné
 thermal-no_findings = Na snímačích ani hodinách není nic pochybného.
 thermal-remarks = Zjištěno při čtení
+thermal-no_unit = Pro { $names } není uvedena jednotka: takový kanál neplatí za teplotu ani za posunutí. Uveďte ji v části „Jak se záznamy čtou“.
+thermal-unitless = Bez jednotky
+thermal-taken = (model ho bere)
+thermal-left_out = (nebere se)
+thermal-reading = Jak se záznamy čtou
+thermal-time_unit = Jednotka časů
+thermal-time_format = Tvar časů, například %d.%m.%Y %H:%M
+thermal-unit_of = Jednotka { $name }
+thermal-read = Přečíst znovu
 thermal-channels = Kanály
 thermal-channel = Kanál
 thermal-rows = Řádky
@@ -75,6 +84,9 @@ thermal-plc_cycle_s = Volán každých, s
 thermal-plc_limit = Největší korekce, µm
 thermal-plc_rate = Největší změna, µm/s
 thermal-plc_plausible = Uvěřitelné teploty, °C (5:60)
+thermal-plc_reference = Teploty vůči
+thermal-plc_reference_model = podle modelu
+thermal-plc_reference_stated = těm, které model uvádí
 thermal-plc_make = Vytvořit blok
 thermal-take_plc = Stáhnout blok (zip)
 thermal-no_displacement = Žádný kanál tohoto záznamu není délka (např. Z_um). Přetáhněte záznam druhého zapisovače, zaškrtněte oba a spojte je; nebo uveďte jednotku na konci názvu.

@@ -30,3 +30,4 @@ room-bad_option = Die Option ist unbekannt oder ergibt keinen Sinn: { $option }
 room-no_answer = Das Programm antwortet nicht. Nachsehen, ob es noch läuft, dann erneut versuchen.
 room-cancelled = Abgebrochen. Alles Vorherige ist noch da.
 room-cancel = Abbrechen
+room-field = „{ $name }“

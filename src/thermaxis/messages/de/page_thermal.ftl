@@ -1,7 +1,7 @@
 ### Wörter des Raums der thermischen Protokolle.
 
 thermal-logs = Protokolle
-thermal-drop = Protokolle von Temperaturen und Verlagerungen hier ablegen oder wählen (.csv, .xlsx, .parquet, .mat, .tdms; je höchstens { $megabytes } MB; eine Zuordnung der Spalten (.toml) gilt für die Protokolle, die mit ihr und nach ihr kommen)
+thermal-drop = Protokolle von Temperaturen und Verlagerungen hier ablegen oder wählen (.csv, .xlsx, .parquet, .mat, .tdms; je höchstens { $megabytes } MB); auch gespeicherte Modelle (.json), um sie zu verifizieren. Eine Zuordnung der Spalten (.toml) gilt für die Protokolle, die mit ihr und nach ihr kommen.
 thermal-join = Beide über die Zeit verbinden
 thermal-shift = Sekunden, die zur Uhr des zweiten hinzukommen (leer: aus gemeinsamen Kanälen oder den Uhrzeiten)
 thermal-remove = { $name } entfernen
@@ -33,6 +33,15 @@ thermal-between = von { $from } bis { $to }
 thermal-findings = Zweifelhaft
 thermal-no_findings = An Sensoren und Uhr ist nichts zweifelhaft.
 thermal-remarks = Beim Lesen bemerkt
+thermal-no_unit = Für { $names } ist keine Einheit angegeben: ein solcher Kanal gilt weder als Temperatur noch als Verlagerung. Unter „Wie die Protokolle gelesen werden“ angeben.
+thermal-unitless = Ohne Einheit
+thermal-taken = (das Modell nimmt ihn)
+thermal-left_out = (nicht genommen)
+thermal-reading = Wie die Protokolle gelesen werden
+thermal-time_unit = Einheit der Zeiten
+thermal-time_format = Form der Zeiten, etwa %d.%m.%Y %H:%M
+thermal-unit_of = Einheit von { $name }
+thermal-read = Neu lesen
 thermal-channels = Kanäle
 thermal-channel = Kanal
 thermal-rows = Zeilen
@@ -75,6 +84,9 @@ thermal-plc_cycle_s = Aufruf alle, s
 thermal-plc_limit = Größte Korrektur, µm
 thermal-plc_rate = Größte Änderung, µm/s
 thermal-plc_plausible = Geglaubte Temperaturen, °C (5:60)
+thermal-plc_reference = Temperaturen gegen
+thermal-plc_reference_model = wie im Modell
+thermal-plc_reference_stated = die im Modell angegebenen
 thermal-plc_make = Baustein erzeugen
 thermal-take_plc = Baustein mitnehmen (zip)
 thermal-no_displacement = Kein Kanal dieses Protokolls ist eine Länge (wie Z_um). Legen Sie das Protokoll des anderen Schreibers ab, kreuzen Sie beide an und verbinden Sie sie; oder nennen Sie die Einheit am Ende des Namens.

@@ -59,11 +59,11 @@ error-not_a_country = '{ $text }' is not a country. Write its two capital letter
 error-not_a_moment = '{ $text }' is not a date with time.
     .remedy = Write it as 2026-11-20T14:03:05, with or without a zone such as +01:00.
 error-not_a_moment_of_log = '{ $text }' is not a date with time, or not of the form that the mapping states.
-    .remedy = Write it as 2026-11-20T14:03:05, or state its form: format = "%H:%M:%S" under [time] of its mapping.
+    .remedy = Write it as 2026-11-20T14:03:05, or state its form in a mapping: format = "%H:%M:%S" under [time].
 error-date_order_unclear = '{ $text }' may be { $first } or { $second }.
-    .remedy = Say what stands first: --date-order day, month or year; of a log date_order = "day" under [time] of its mapping.
+    .remedy = Say what stands first, day, month or year: --date-order, or date_order in a mapping.
 error-hours_or_minutes = '{ $text }' may be hours and minutes, or minutes and seconds.
-    .remedy = State its form, "%H:%M" or "%M:%S": time_format = in a file for --map; of a log format = under [time] of its mapping.
+    .remedy = State the form, "%H:%M" or "%M:%S", in a mapping: time_format of a run, format of a log.
 error-zones_mixed = Some times state a zone and others do not.
     .remedy = Write all times with a zone such as +01:00, or all without.
 error-formula_without_value = The formula of this cell has no stored value.

@@ -30,3 +30,4 @@ room-bad_option = The option is not known or has no sense: { $option }
 room-no_answer = The program does not answer. See that it still runs, then try again.
 room-cancelled = Cancelled. Everything that was there before is still there.
 room-cancel = Cancel
+room-field = “{ $name }”

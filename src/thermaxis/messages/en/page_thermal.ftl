@@ -1,7 +1,7 @@
 ### Words of the room of thermal logs.
 
 thermal-logs = Logs
-thermal-drop = Drop logs of temperatures and displacements here, or choose them (.csv, .xlsx, .parquet, .mat, .tdms; at most { $megabytes } MB each; a mapping of their columns (.toml) holds for the logs that come with it and after it)
+thermal-drop = Drop logs of temperatures and displacements here, or choose them (.csv, .xlsx, .parquet, .mat, .tdms; at most { $megabytes } MB each); also models that were saved (.json), to be verified. A mapping of columns (.toml) holds for the logs that come with it and after it.
 thermal-join = Join both by time
 thermal-shift = Seconds added to the clock of the second (empty: found from common channels or the times of day)
 thermal-remove = Remove { $name }
@@ -33,6 +33,15 @@ thermal-between = from { $from } to { $to }
 thermal-findings = Doubtful
 thermal-no_findings = Nothing about sensors or clock is doubtful.
 thermal-remarks = Noticed while reading
+thermal-no_unit = No unit is stated for { $names }: such a channel counts neither as a temperature nor as a displacement. State it under “How the logs are read”.
+thermal-unitless = Without a unit
+thermal-taken = (the model takes it)
+thermal-left_out = (not taken)
+thermal-reading = How the logs are read
+thermal-time_unit = Unit of the times
+thermal-time_format = Form of the times, such as %d.%m.%Y %H:%M
+thermal-unit_of = Unit of { $name }
+thermal-read = Read again
 thermal-channels = Channels
 thermal-channel = Channel
 thermal-rows = Rows
@@ -75,6 +84,9 @@ thermal-plc_cycle_s = Called every, s
 thermal-plc_limit = Largest correction, µm
 thermal-plc_rate = Largest change, µm/s
 thermal-plc_plausible = Believed temperatures, °C (5:60)
+thermal-plc_reference = Temperatures relative to
+thermal-plc_reference_model = as the model says
+thermal-plc_reference_stated = those that the model states
 thermal-plc_make = Make the block
 thermal-take_plc = Take the block (zip)
 thermal-no_displacement = No channel of this log is a length (such as Z_um). Drop the log of the other recorder, tick both and join them; or state the unit at the end of the name.

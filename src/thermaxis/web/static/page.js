@@ -12,11 +12,11 @@ function byId(id) {
 /**
  * Ask the server of this page for something.
  * @param {string} path
- * @param {unknown} body
- * @param {boolean} [asIs] whether the body is sent as it is, in place of JSON
+ * @param {unknown} body a text or content is sent as it is, all else as JSON
  * @param {AbortSignal} [signal] ends it
  */
-export async function post(path, body, asIs = false, signal = undefined) {
+export async function post(path, body, signal = undefined) {
+  const asIs = typeof body === "string" || body instanceof Blob;
   return fetch(path, {
     method: "POST",
     signal,
@@ -64,12 +64,11 @@ function say(text) {
  * Ask, and say it where that fails.
  * @param {string} path
  * @param {unknown} body
- * @param {boolean} [asIs] whether the body is sent as it is, in place of JSON
  * @returns {Promise<boolean>} whether it was done
  */
-export async function went(path, body, asIs = false) {
+export async function went(path, body) {
   try {
-    const answer = await post(path, body, asIs);
+    const answer = await post(path, body);
     if (answer.ok) return true;
     const found = await answer.json().catch(() => ({}));
     say(found.text ?? word("history-no_answer"));

@@ -2,6 +2,7 @@
 // What rooms for dropped files share: work with its step, refusals, files to take along, tables.
 
 import { byId, made, say } from "./elements.js";
+import { post } from "./page.js";
 import { duration, number, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
@@ -14,22 +15,58 @@ const room = document.body.dataset.page;
 /** Ends the command that runs. @type {AbortController | null} */
 let running = null;
 
-/** Say what is wrong, or that nothing is any more. @param {string} text */
+/** A text with the options of commands called as the fields of the page that they are.
+ * @param {string} text @param {HTMLElement[]} fields those that are named are added */
+export function inOwnWords(text, fields = []) {
+  return text.replace(/--([a-z]+(?:-[a-z]+)*)/g, (option, name) => {
+    const wanted = `[name=${name.replaceAll("-", "_")}]`;
+    const field = /** @type {HTMLInputElement | null} */ (
+      document.querySelector(`main details[open] ${wanted}`) ?? document.querySelector(`main ${wanted}`));
+    const [label] = field?.labels ?? [];
+    if (!field || !label) return option;
+    fields.push(field);
+    const own = [...label.childNodes].filter((one) => one.nodeType === Node.TEXT_NODE);
+    return word("room-field", { name: own.map((one) => one.textContent?.trim()).join("") });
+  });
+}
+
+/** Say what is wrong, or that nothing is any more; the first field that is named is shown.
+ * @param {string} text */
 export function refuse(text) {
+  const fields = /** @type {HTMLElement[]} */ ([]);
   const wrong = byId("wrong");
-  say(wrong, text);
+  say(wrong, inOwnWords(text, fields));
   wrong.hidden = text === "";
   if (text) wrong.scrollIntoView({ block: "center" });
+  fields[0]?.closest("details")?.setAttribute("open", "");
+  fields[0]?.focus();
 }
 
 /**
- * Ask for work that takes its time: its step is shown, and it can be given up.
- * @template T
- * @param {(signal: AbortSignal) => Promise<Response>} ask
- * @param {(answer: Response) => Promise<T>} take
- * @returns {Promise<T | null>} null where it was refused in words
+ * Ask the server, and show its refusal.
+ * @param {string} path
+ * @param {unknown} [body] none: what is there
+ * @param {(answer: Response) => Promise<any>} [read]
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<any>} null where it was refused in words
  */
-export async function work(ask, take) {
+export async function told(path, body, read = (answer) => answer.json(), signal = undefined) {
+  try {
+    const answer = await (body === undefined ? fetch(path, { signal }) : post(path, body, signal));
+    if (answer.ok) return await read(answer);
+    refuse(String((await answer.json()).text ?? word("room-no_answer")));
+  } catch {
+    refuse(word(signal?.aborted ? "room-cancelled" : "room-no_answer"));
+  }
+  return null;
+}
+
+/**
+ * The same of what takes its time: its step is shown, and it can be given up.
+ * @param {string} path @param {unknown} [body] @param {(answer: Response) => Promise<any>} [read]
+ * @returns {Promise<any>}
+ */
+export async function work(path, body, read) {
   if (running) { // one at a time
     refuse(word("room-own"));
     return null;
@@ -52,28 +89,23 @@ export async function work(ask, take) {
   tell("");
   byId("work").hidden = false;
   const timer = setInterval(() => void look(), LOOK_MS);
-  try {
-    const answer = await ask(running.signal);
-    if (answer.ok) return await take(answer);
-    refuse(String((await answer.json()).text ?? word("room-no_answer")));
-  } catch {
-    refuse(word(running.signal.aborted ? "room-cancelled" : "room-no_answer"));
-  } finally {
-    clearInterval(timer);
-    running = null;
-    byId("work").hidden = true;
-    for (const one of buttons) one.disabled = false;
-    if (document.activeElement === document.body) focused.focus();
-  }
-  return null;
+  const found = await told(path, body, read, running.signal);
+  clearInterval(timer);
+  running = null;
+  byId("work").hidden = true;
+  for (const one of buttons) one.disabled = false;
+  if (document.activeElement === document.body) focused.focus();
+  return found;
 }
 
 /** Take along a file that the server makes, under the name that it has there. @param {string} address */
 export async function download(address) {
-  const answer = await work((signal) => fetch(address, { signal }), async (found) => ({
+  const answer = await work(address, undefined, async (found) => ({
     content: await found.blob(), head: found.headers.get("Content-Disposition") ?? "",
   }));
-  if (answer) save(answer.content, /filename="(.*)"/.exec(answer.head)?.[1] ?? "file");
+  if (!answer) return;
+  const [, letters, plain = "file"] = /filename\*=utf-8''(.*)|filename="(.*)"/i.exec(answer.head) ?? [];
+  save(answer.content, letters ? decodeURIComponent(letters) : plain);
 }
 
 /** Offer a text or content as a file. @param {BlobPart} content @param {string} name */

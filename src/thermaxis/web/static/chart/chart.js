@@ -26,11 +26,12 @@ import { moment, number, word } from "../words.js";
  * have a letter, those of the smallest rank (1). A band with one edge is a limit.
  * @typedef {{x: X, text: string, kind?: string, rank?: number}} Mark
  *
- * A still chart is only looked at. The x axis goes from first to last, the left one over leastSpan
- * at least; label is for who cannot see it. onSpan is told what a person zooms to, null for all.
+ * A still chart is only looked at; whole numbers of x count something. The x axis goes from first
+ * to last, the left one over leastSpan at least; label is for who cannot see it. onSpan is told
+ * what a person zooms to, null for all.
  * @typedef {{lines: Line[], marks?: Mark[], bands?: {low?: number, high?: number, text?: string}[],
  *   xTitle?: string, yTitle?: string, rightTitle?: string, still?: boolean, time?: boolean,
- *   first?: X, last?: X, leastSpan?: number, marksListed?: number, label?: string,
+ *   whole?: boolean, first?: X, last?: X, leastSpan?: number, marksListed?: number, label?: string,
  *   onSpan?: (span: {first: number, last: number} | null) => void}} Chart
  */
 

@@ -38,7 +38,7 @@ export function drawingOf(chart, axis, marks, width, height) {
   const path = (/** @type {string} */ name, /** @type {string} */ d, to = drawing) =>
     to.append(svg("path", { d, class: `chart-${name}` }));
 
-  const ticks = xTicks(axis, width);
+  const ticks = xTicks(axis, width, chart.whole);
   ticks.at.forEach((at, k) => {
     path("grid", `M${toX(at)} ${top}V${bottom}`);
     ticks.texts[k]?.split("\n").forEach((said, line) => {
@@ -69,7 +69,7 @@ export function drawingOf(chart, axis, marks, width, height) {
     const [from, to] = [left.toY(low ?? high ?? 0), left.toY(high ?? low ?? 0)];
     path(from === to ? "limit" : "band", `M${begin} ${from}H${end}V${to}H${begin}`, inside);
   }
-  const lines = chart.lines.map((line, k) => {
+  const markers = chart.lines.map((line, k) => {
     const [x, look] = [axis.lines[k] ?? [], lookOf(line, k)];
     const { y, low, high, markers = MOST_MARKERS } = line;
     const toY = line.axis === "right" ? right.toY : left.toY;
@@ -80,11 +80,12 @@ export function drawingOf(chart, axis, marks, width, height) {
     const spots = there.filter((_, n) => look.marker && n % every === 0)
       .map((n) => `M${toX(x[n]).toFixed(1)} ${toY(y[n]).toFixed(1)}${look.marker}`);
     const d = linePath(x, y, toX, toY);
-    return svg("g", { class: `chart-line ${look.color}` },
-      svg("path", { class: "chart-stroke", d, "stroke-dasharray": look.dash }),
-      svg("path", { class: "chart-marker", d: spots.join("") }));
+    const of = { class: `chart-line ${look.color}` };
+    inside.append(svg("g", of, svg("path",
+      { class: "chart-stroke", d, "stroke-dasharray": look.dash })));
+    return svg("g", of, svg("path", { class: "chart-marker", d: spots.join("") }));
   });
-  inside.append(...lines);
+  drawing.append(...markers); // whole at the edge, where lines end
   for (const { x: at, grave, letter, asked } of marks) {
     const [y, half] = [top - 12 - (asked ? 0 : requested), 4 + 3.5 * letter.length];
     path(grave ? "mark chart-grave" : "mark", `M${toX(at)} ${top}V${letter ? bottom : top + 6}`);
@@ -114,10 +115,11 @@ function sideOf(chart, side, empty, bottom, top) {
   return { at: found ? at : [], texts, title, ems: own.length ? ems : 0, toY };
 }
 
-/** @param {Axis} axis @param {number} width @returns {{at: number[], texts: string[]}} */
-function xTicks({ first, last, time, unknown }, width) {
+/** @param {Axis} axis @param {number} width @param {boolean} [whole] numbers that count something
+ * @returns {{at: number[], texts: string[]}} */
+function xTicks({ first, last, time, unknown }, width, whole) {
   if (unknown) return { at: [], texts: [] };
   if (time) return timeTicks(first, last, Math.floor((width - 90) / TICK_PX.time), pageLocale);
-  const { at, digits } = numberTicks(first, last, width / TICK_PX.x);
+  const { at, digits } = numberTicks(first, last, width / TICK_PX.x, whole ? 1 : 0);
   return { at, texts: at.map((x) => number(x, digits)) };
 }

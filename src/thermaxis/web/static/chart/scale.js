@@ -9,9 +9,10 @@
 export const isNumber = (y) => typeof y === "number" && Number.isFinite(y);
 
 /** Return round values within a range, and the decimals that tell them apart.
- * @param {number} low @param {number} high @param {number} most steps that have room */
-export function numberTicks(low, high, most) {
-  const least = (high - low) / Math.max(3, Math.floor(most));
+ * @param {number} low @param {number} high @param {number} most steps that have room
+ * @param {number} [smallest] step */
+export function numberTicks(low, high, most, smallest = 0) {
+  const least = Math.max(smallest, (high - low) / Math.max(3, Math.floor(most)));
   const power = 10 ** Math.floor(Math.log10(least));
   const step = power * ([1, 2, 5].find((n) => n * power >= least) ?? 10);
   const from = Math.ceil(low / step - 1e-9);

@@ -52,9 +52,14 @@ export function drawTrend(element, trend) {
     time: dated,
     yTitle: unit,
     label: word("positioning-trend_title"),
-    lines: ["B", "E", "R", "A"].map((key) => ({
-      name: key, x, unit, digits: 2,
-      y: trend.runs.map((/** @type {Result} */ run) => run.iso230_2[key]),
-    })),
+    xTitle: dated ? undefined : word("positioning-trend_run"),
+    whole: true,
+    lines: ["B", "E", "R", "A"].map((key) => {
+      const y = trend.runs.map((/** @type {Result} */ run) => run.iso230_2[key]);
+      const u = trend.runs.map((/** @type {Result} */ run) => run.uncertainty[key]);
+      const edge = (/** @type {number} */ sign) => y.map((/** @type {any} */ one, /** @type {number} */ k) =>
+        one === null || u[k] === null ? null : one + sign * u[k]);
+      return { name: `${key} ± U`, x, y, low: edge(-1), high: edge(1), unit, digits: 2 };
+    }),
   });
 }

@@ -3,7 +3,7 @@
 
 import { button, byId, inEnglish, say } from "../elements.js";
 import { post } from "../page.js";
-import { save } from "../room.js";
+import { save, told } from "../room.js";
 import { word } from "../words.js";
 
 const BARE = /^(true|false|-?\d+([.,]\d+)?)$/;
@@ -30,11 +30,10 @@ export function tomlOf(name) {
   return Object.entries(tables).map(([table, lines]) => `[${table}]\n${lines.join("")}`).join("\n");
 }
 
-/** What a TOML file states, and which form it fills. @param {File} file */
+/** What a TOML file states, and which form it fills; null where it was refused. @param {File} file */
 export async function readToml(file) {
-  const answer = await post("/positioning/toml", await file.text(), true);
-  const found = await answer.json();
-  if (!answer.ok) throw new Error(found.text);
+  const found = await told("/positioning/toml", await file.text());
+  if (!found) return null;
   const stated = (/** @type {string} */ id) => found[id.split(".")[0]]?.[id.split(".")[1]];
   const hits = (/** @type {string} */ form) =>
     fieldsOf(form).filter(({ name }) => stated(name) !== undefined).length;
@@ -57,8 +56,9 @@ export async function openForm(name, file, onKept) {
     wrong.hidden = text === "";
   };
   if (file) {
-    const { stated } = await readToml(file);
-    for (const one of fields) one.value = stated(one.name) ?? "";
+    const found = await readToml(file);
+    if (!found) return;
+    for (const one of fields) one.value = found.stated(one.name) ?? "";
   }
   const begun = fields.map(({ value }) => value);
   form.onclick = ({ target }) => {
@@ -69,7 +69,7 @@ export async function openForm(name, file, onKept) {
   form.onsubmit = async (event) => {
     if (/** @type {HTMLButtonElement} */ (event.submitter)?.value !== "keep") return;
     event.preventDefault();
-    const answer = await post(`/positioning/form/${name}`, tomlOf(name), true).catch(() => null);
+    const answer = await post(`/positioning/form/${name}`, tomlOf(name)).catch(() => null);
     if (answer?.ok) dialog.close("keep");
     else state(answer ? (await answer.json()).text : word("room-no_answer"));
   };

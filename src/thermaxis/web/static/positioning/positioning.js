@@ -5,14 +5,12 @@ import { drawLevels, drawTrend } from "./charts.js";
 import { openForm, readToml, saidAndFile, tomlOf } from "./forms.js";
 import { facts, shownOf, trendOf } from "./result.js";
 import { button, byId, made } from "../elements.js";
-import { post } from "../page.js";
-import { askedBy, download, onDrop, refuse, work } from "../room.js";
+import { askedBy, download, onDrop, refuse, told, work } from "../room.js";
 import { moment, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Result */
 
 const NAME_CHARACTERS = 200;
-const READING_ERRORS = /--(decimal|date-order|units|target-tolerance|encoding|map)/;
 const TABLES = ["head", "limits", "budget", "plan", "map"];
 
 /** The run that is shown. */
@@ -54,7 +52,7 @@ async function choose(report) {
   const frame = /** @type {HTMLIFrameElement} */ (byId("run-frame"));
   if (report && !frame.hasAttribute("src")) {
     const made = address("report");
-    const text = await work((signal) => fetch(made, { signal }), (answer) => answer.text());
+    const text = await work(made, undefined, (answer) => answer.text());
     if (text === null || made !== address("report")) return;
     frame.src = made;
   }
@@ -101,22 +99,6 @@ function request(form) {
     body: new Blob([...runs, tables[TABLES.indexOf("map")]]) };
 }
 
-/**
- * Ask for work; where the file has two meanings, the choice is opened.
- * @param {string} path @param {Blob | string} body @returns {Promise<Result | null>}
- */
-async function ask(path, body) {
-  const found = await work((signal) => post(path, body, true, signal), (answer) => answer.json());
-  const [, asks = ""] = found ? [] : READING_ERRORS.exec(byId("wrong").textContent ?? "") ?? [];
-  if (asks) {
-    const reading = /** @type {HTMLDetailsElement} */ (byId("run-reading"));
-    reading.open = true;
-    const field = reading.querySelector(`[name=${asks.replace("-", "_")}]`);
-    /** @type {HTMLElement | null} */ (field)?.focus();
-  }
-  return found;
-}
-
 /** Take what was said of how the run before is read back; a new one may be another kind. */
 function beginReading() {
   if (!isReadingSent) return;
@@ -136,10 +118,10 @@ function clear(input) {
 async function chooseShown(form) {
   const input = /** @type {HTMLInputElement} */ (form.elements.namedItem("file"));
   if (input.files?.length || byId("run-result").hidden) return;
-  const answer = await fetch(address("run")).catch(() => null);
-  if (!answer?.ok) return;
+  const run = await told(address("run"), undefined, (answer) => answer.blob());
+  if (!run) return;
   const files = new DataTransfer();
-  files.items.add(new File([await answer.blob()], byId("run-name").textContent ?? ""));
+  files.items.add(new File([run], byId("run-name").textContent ?? ""));
   input.files = files.files;
   nameFile(input);
 }
@@ -161,7 +143,7 @@ async function send(form) {
     refuse(word(lacking || "room-too_large", { megabytes }));
     return;
   }
-  const found = await ask(path, body);
+  const found = await work(path, body);
   if (found && several) showTrend(found);
   else if (found) show(found);
   await list(false);
@@ -196,18 +178,18 @@ function beginForms() {
   };
   form("table-form", async (query) => {
     if (!query.get("axis")) return refuse(word("positioning-axis_first"));
-    const found = await ask(`${address("table")}?${query}`, "");
+    const found = await work(`${address("table")}?${query}`, "");
     if (found) byId("table-told").replaceChildren(...saidAndFile(found, `${query.get("control")}.txt`));
   });
   form("plan-form", async (query) => {
-    const found = await ask(`/positioning/plan?${query}`, "");
+    const found = await work(`/positioning/plan?${query}`, "");
     if (!found) return;
     plan = found.file;
     byId("program-form").hidden = false;
     showMade(word("positioning-plan_title"), saidAndFile(found, "plan.json"));
   });
   form("program-form", async (query) => {
-    const found = await ask(`/positioning/program?${query}`, plan);
+    const found = await work(`/positioning/program?${query}`, plan);
     if (found) showMade(word("positioning-program_title"), saidAndFile(found, "program.txt"));
   });
 }
@@ -216,16 +198,11 @@ function beginForms() {
 async function drop(form, files) {
   const sorted = /** @type {Record<string, DataTransfer>} */ ({});
   refuse("");
-  try {
-    for (const file of files) {
-      const kind = file.name.toLowerCase().match(/\.(toml|json)$/)?.[1];
-      const name = kind === "toml" ? (await readToml(file)).name : kind === "json" ? "plan" : "file";
-      (sorted[name] ??= new DataTransfer()).items.add(file);
-    }
-  } catch (error) {
-    const isSilent = !(error instanceof Error) || error instanceof TypeError;
-    refuse(isSilent ? word("room-no_answer") : error.message);
-    return;
+  for (const file of files) {
+    const kind = file.name.toLowerCase().match(/\.(toml|json)$/)?.[1];
+    const stated = kind === "toml" ? await readToml(file) : { name: kind ? "plan" : "file" };
+    if (!stated) return;
+    (sorted[stated.name] ??= new DataTransfer()).items.add(file);
   }
   if (sorted.file) beginReading();
   if (sorted.map) isReadingSent = false;
@@ -242,24 +219,16 @@ async function open(id) {
   chosen += 1;
   const mine = chosen;
   refuse("");
-  try {
-    const answer = await fetch(`/positioning/result/${encodeURIComponent(id)}`);
-    const found = await answer.json();
-    if (mine !== chosen) return;
-    if (answer.ok) return show(found);
-    refuse(String(found.text ?? word("room-gone")));
-  } catch {
-    refuse(word("room-no_answer"));
-  }
+  const found = await told(`/positioning/result/${encodeURIComponent(id)}`);
+  if (mine !== chosen) return;
+  if (found) return show(found);
   byId("run-result").hidden = true;
   await list(false);
 }
 
 /** @param {boolean} first */
 async function list(first) {
-  const answer = await fetch("/positioning/results").catch(() => null);
-  if (!answer?.ok) return;
-  const found = /** @type {Result[]} */ ((await answer.json()).results);
+  const found = /** @type {Result[]} */ ((await told("/positioning/results"))?.results ?? []);
   byId("run-kept").replaceChildren(...found.map((one) => made("li", "", "",
     button(`${one.name} · ${moment(one.at)}`, () => {
       clear(fieldOf("run-form", "file"));
@@ -311,7 +280,7 @@ function begin(form) {
         kept(toml);
         if (!byId("run-result").hidden) void send(form); // what is shown, with what was filled in
       };
-      openForm(name, input.files?.[0], used).catch((error) => refuse(error.message));
+      void openForm(name, input.files?.[0], used);
     });
   }
   onDrop(/** @type {HTMLElement} */ (form.closest(".room")), (files) => drop(form, files));

@@ -3,12 +3,13 @@
 
 import { drawChart } from "../chart/chart.js";
 import { button, byId, made } from "../elements.js";
-import { askedBy, download, listed, numberCell, tableOf, titleCell } from "../room.js";
+import {
+  askedBy, download, inOwnWords, listed, numberCell, tableOf, titleCell, work,
+} from "../room.js";
 import { duration, word } from "../words.js";
 
 /** @typedef {import("../room.js").Data} Data */
-/** @typedef {{ask: (path: string, body: unknown) => Promise<Data | null>,
- *   remove: (entry: Data) => Promise<void>}} Acts */
+/** @typedef {(entry: Data) => Promise<void>} Remove */
 /** @typedef {[string, number, (row: Data) => any]} Column its head, its decimals, its value */
 
 const FIGURES = /** @type {Column[]} */ ([
@@ -46,20 +47,22 @@ const LOOKS = /** @type {Record<string, Data>} */ ({
   simulated: { color: 2, dash: "dash", marker: "none" },
   residual: { color: 3, dash: "solid", marker: "square" },
 });
-const QUANTITIES = { temperature: "thermal-temperature", displacement: "thermal-displacement" };
+const QUANTITIES = {
+  temperature: "thermal-temperature", displacement: "thermal-displacement", "": "thermal-unitless",
+};
 
-/** @param {Data} entry @param {Data[]} entries all, for the names of what it is made of @param {Acts} acts */
-export function cardOf(entry, entries, acts) {
+/** @param {Data} entry @param {Data[]} entries all, for the names of what it is made of @param {Remove} onRemove */
+export function cardOf(entry, entries, onRemove) {
   const names = entry.made_of.map((/** @type {string} */ key) =>
     entries.find(({ id }) => id === key)?.name ?? "");
   const [title, parts, files] = {
     log: logParts, model: modelParts, verification: verificationParts, comparison: comparisonParts,
-  }[/** @type {"log"} */ (entry.kind)](entry, names, acts);
+  }[/** @type {"log"} */ (entry.kind)](entry, names);
   const heading = made("h2", title);
   heading.tabIndex = -1;
   const buttons = files.map((kind) => button(word(`thermal-take_${kind}`), () =>
     void download(`/thermal/${kind}/${entry.id}`)));
-  const remove = button("✕", () => void acts.remove(entry), word("thermal-remove", { name: title }));
+  const remove = button("✕", () => void onRemove(entry), word("thermal-remove", { name: title }));
   const card = made("section", "", "panel",
     made("header", "", "", heading, remove, ...buttons), ...parts);
   card.dataset.kind = entry.kind;
@@ -74,32 +77,38 @@ const REPORTS = ["pdf", "html", "json"];
 /** @param {Data} entry @returns {Card} */
 function logParts({ name, told }) {
   const [log] = told.logs;
-  const said = word("thermal-log_facts", {
-    rows: log.rows, lasts: duration(log.duration_s), step: duration(log.usual_step_s),
-  });
-  const remedies = [...new Set(told.findings.map((/** @type {Data} */ one) => one.remedy))];
-  const findings = remedies.map((remedy) => {
-    const alike = told.findings.filter((/** @type {Data} */ one) => one.remedy === remedy);
-    const rows = alike.map((/** @type {Data} */ one) => made("li", one.time_s
-      ? `${one.text} (${word("thermal-between",
-        { from: duration(one.time_s[0]), to: duration(one.time_s[1]) })})` : one.text));
-    return made("li", remedy, alike[0].serious ? "bench-serious" : "", made("ul", "", "", ...rows));
-  });
+  const said = word("thermal-log_facts", { rows: log.rows, step: duration(log.usual_step_s),
+    lasts: duration(log.duration_s + log.usual_step_s) }); // a row stands until the next one
+  const findings = findingsOf(told.findings);
   const remarks = told.reading_codes.map((/** @type {Data} */ one) => one.text);
   const rows = log.channels.map((/** @type {Data} */ one) => [
     `${one.name}${one.unit ? ` [${one.unit}]` : ""}`, one]);
+  const bare = log.channels.filter((/** @type {Data} */ one) => !one.unit);
+  const names = bare.map((/** @type {Data} */ one) => one.name).join(", ");
   return [name, [
     made("p", said),
+    ...(bare.length ? [made("p", word("thermal-no_unit", { names }))] : []),
     ...(findings.length ? listed(word("thermal-findings"), findings)
-      : [made("p", word("thermal-no_findings"), "muted")]),
+      : bare.length < rows.length ? [made("p", word("thermal-no_findings"), "muted")] : []),
     ...listed(word("thermal-remarks"), remarks), made("div"),
     details("thermal-channels", columnsOf("thermal-channel", CHANNELS, rows)),
   ], []];
 }
 
-/** @param {Data} entry @param {string[]} names @param {Acts} acts @returns {Card} */
-function modelParts(entry, names, acts) {
-  const { outputs, warnings } = entry.told;
+/** What is doubtful of sensors, below what to do about it. @param {Data[]} found */
+function findingsOf(found, mark = (/** @type {Data} */ _) => "") {
+  return [...new Set(found.map(({ remedy }) => remedy))].map((remedy) => {
+    const alike = found.filter((one) => one.remedy === remedy);
+    const rows = alike.map((one) => made("li", [one.text, mark(one),
+      one.time_s && `(${word("thermal-between",
+        { from: duration(one.time_s[0]), to: duration(one.time_s[1]) })})`].filter(Boolean).join(" ")));
+    return made("li", remedy, alike[0].serious ? "bench-serious" : "", made("ul", "", "", ...rows));
+  });
+}
+
+/** @param {Data} entry @param {string[]} names @returns {Card} */
+function modelParts(entry, names) {
+  const { outputs, warnings, findings = [], selection } = entry.told;
   const all = /** @type {[string, Data][]} */ (Object.entries(outputs));
   const said = all.flatMap(([name, output]) =>
     output.warnings.map((/** @type {string} */ text) => `${name}: ${text}`));
@@ -107,13 +116,17 @@ function modelParts(entry, names, acts) {
     output.parts.map((/** @type {Data} */ part) => [`${name} ← ${part.input}`, part])));
   const held = new Set(all.map(([, { held_out }]) => held_out?.what).filter(Boolean));
   const next = all.map(([, { next_test }]) => next_test?.text).filter(Boolean);
-  return [`${entry.name}: ${all.map(([name]) => name).join(", ")} (${names.join(", ")})`, [
+  const chosen = (/** @type {Data} */ { channel }) => selection && !outputs[channel]
+    ? word(selection.channels.includes(channel) ? "thermal-taken" : "thermal-left_out") : "";
+  const from = names.length ? ` (${names.join(", ")})` : "";
+  return [`${entry.name}: ${all.map(([name]) => name).join(", ")}${from}`, [
     columnsOf("thermal-output", IDENTIFIED, all),
     ...[...held].map((text) => made("p", text, "muted")),
     columnsOf("thermal-part", PARTS, parts), made("div"),
     ...warned([...said, ...warnings]),
-    ...next.map((text) => made("p", text)), plcOf(entry, acts),
-  ], ["model", ...REPORTS]];
+    ...listed(word("thermal-findings"), findingsOf(findings, chosen)),
+    ...next.map((text) => made("p", text)), plcOf(entry),
+  ], ["model", ...(names.length ? REPORTS : [])]];
 }
 
 /** @param {Data} entry @param {string[]} names @returns {Card} */
@@ -165,12 +178,13 @@ async function drawSeries(card, entry) {
   for (const { log, output, lines } of series) {
     if (output) draw(place, `${output}, ${log}`, `${output} [µm]`, lines);
     else {
+      const { channels } = entry.told.logs[0];
       for (const [quantity, title] of Object.entries(QUANTITIES)) {
-        const own = lines.filter((/** @type {Data} */ { name }) =>
-          entry.told.logs[0].channels.some((/** @type {Data} */ one) =>
-            one.name === name && one.quantity === quantity));
+        const own = lines.filter((/** @type {Data} */ { name }) => channels.some(
+          (/** @type {Data} */ one) => one.name === name && (one.unit ? one.quantity : "") === quantity));
         const units = [...new Set(own.map((/** @type {Data} */ { unit }) => SIGNS[unit] ?? unit))];
-        if (own.length) draw(place, log, `${word(title)} [${units.join(", ")}]`, own);
+        const unit = quantity && ` [${units.join(", ")}]`;
+        if (own.length) draw(place, log, word(title) + unit, own);
       }
     }
   }
@@ -191,8 +205,8 @@ function draw(place, label, yTitle, lines) {
 
 const SIGNS = /** @type {Record<string, string>} */ ({ um: "µm", degC: "°C", degF: "°F" });
 
-/** @param {Data} entry @param {Acts} acts */
-function plcOf(entry, { ask }) {
+/** @param {Data} entry */
+function plcOf(entry) {
   const made_of = /** @type {HTMLTemplateElement} */ (byId("plc")).content.cloneNode(true);
   const shown = details("thermal-plc", made("div", "", "", made_of));
   const form = /** @type {HTMLFormElement} */ (shown.querySelector("form"));
@@ -200,9 +214,9 @@ function plcOf(entry, { ask }) {
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
     const asked = [...askedBy(form)].map(([name, value]) => [name, value.replaceAll(",", ".")]);
-    const found = await ask("export", { model: entry.id, ...Object.fromEntries(asked) });
+    const found = await work("/thermal/export", { model: entry.id, ...Object.fromEntries(asked) });
     if (!found) return;
-    told.replaceChildren(...listed(word("thermal-warnings"), found.warnings),
+    told.replaceChildren(...listed(word("thermal-warnings"), found.warnings.map((/** @type {string} */ one) => inOwnWords(one))),
       button(word("thermal-take_plc"), () => void download(`/thermal/plc/${entry.id}`)));
     told.querySelector("button")?.focus();
   });

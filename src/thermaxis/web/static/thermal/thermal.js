@@ -2,8 +2,7 @@
 // Logs on the bench: dropped, a model identified from some, verified on others.
 
 import { button, byId, made } from "../elements.js";
-import { post } from "../page.js";
-import { onDrop, refuse, work } from "../room.js";
+import { onDrop, refuse, told, work } from "../room.js";
 import { word } from "../words.js";
 import { cardOf } from "./result.js";
 
@@ -13,25 +12,22 @@ const largest = Number(byId("drop").dataset.largest);
 const form = {
   identify: /** @type {HTMLFormElement} */ (byId("identify")),
   verify: /** @type {HTMLFormElement} */ (byId("verify")),
+  reading: /** @type {HTMLFormElement} */ (byId("reading-form")),
 };
 const cards = /** @type {Map<string, HTMLElement>} */ (new Map());
 const chosen = /** @type {Map<string, HTMLInputElement>} */ (new Map()); // logs, by id
 let entries = /** @type {Data[]} */ ([]);
 let asked = ""; // the log that the form is about
-let mapping = new Blob([]); // what the columns of the logs hold
-
-/** @param {string} path @param {unknown} body @returns {Promise<Data | null>} */
-async function ask(path, body, asIs = false) {
-  return work((signal) => post(`/thermal/${path}`, body, asIs, signal), (answer) => answer.json());
-}
+let mapping = new Blob([]); // what the columns of the logs hold, as a file says it
+let unread = /** @type {File[]} */ ([]); // what was refused, and what came with it
 
 // ---- what is there ------------------------------------------------------------------------------
 
 /** @param {string} [latest] entry that is shown first */
 async function refresh(latest = "") {
-  const answer = await fetch("/thermal/bench").catch(() => null);
-  if (!answer?.ok) return refuse(word("room-no_answer"));
-  entries = (await answer.json()).entries;
+  const bench = await told("/thermal/bench");
+  if (!bench) return;
+  entries = bench.entries;
   for (const [id, card] of cards) {
     if (entries.some((one) => one.id === id)) continue;
     card.remove();
@@ -40,7 +36,7 @@ async function refresh(latest = "") {
   }
   for (const entry of entries) {
     if (cards.has(entry.id)) continue;
-    const card = cardOf(entry, entries, { ask, remove });
+    const card = cardOf(entry, entries, remove);
     cards.set(entry.id, card);
     byId("results").prepend(card);
   }
@@ -61,7 +57,7 @@ const used = () => all("log").filter(({ id }) => chosen.get(id)?.checked);
 async function remove(entry) {
   const isUsed = entries.some(({ made_of }) => made_of.includes(entry.id));
   if (isUsed && !confirm(word("thermal-remove_all", { name: entry.name }))) return;
-  await ask("remove", { id: entry.id });
+  await work("/thermal/remove", { id: entry.id });
   await refresh();
 }
 
@@ -102,6 +98,13 @@ function askModel() {
   if (!log || log.id === asked) return;
   asked = log.id;
   const { channels, suggested_inputs: inputs } = log.told.logs[0];
+  byId("units").replaceChildren(...channels.filter((/** @type {Data} */ one) => !one.unit)
+    .map((/** @type {Data} */ { name }) => {
+      const title = word("thermal-unit_of", { name });
+      const unit = select(["", "degC", "degF", "K", "um", "mm", "rpm"], "", title);
+      unit.name = `[${JSON.stringify(name)}`;
+      return made("label", title, "", unit);
+    }));
   const lengths = channels.filter((/** @type {Data} */ one) => one.quantity === "displacement");
   byId("outputs").replaceChildren(...lengths.map((/** @type {Data} */ one, /** @type {number} */ k) =>
     made("label", "", "room-check", checkBox(one.name, k === 0), one.name)), ...(lengths.length ? [] : [made("p", word("thermal-no_displacement"), "wrong")]));
@@ -132,8 +135,9 @@ function askVerification() {
   const options = (/** @type {Data[]} */ list) => list.map(({ id, name }) => new Option(name, id));
   model.replaceChildren(...options([...models].reverse()));
   const offer = () => {
-    const made_of = models.find(({ id }) => id === model.value)?.made_of ?? [];
-    const others = logs.filter(({ id }) => !made_of.includes(id)).reverse();
+    const { made_of = [], told = {} } = models.find(({ id }) => id === model.value) ?? {};
+    const others = logs.filter(({ id, told: { logs: [log] } }) =>
+      !made_of.includes(id) && !told.trained_on?.includes(log.sha256)).reverse();
     log.replaceChildren(...options(others));
     byId("verify-none").hidden = others.length > 0;
   };
@@ -159,7 +163,7 @@ async function identify() {
   const outputs = data.getAll("output");
   if (!outputs.length) return refuse(word("thermal-output_first"));
   if (!inputs.length) return refuse(word("thermal-input_first"));
-  return show(ask("identify", {
+  return show(work("/thermal/identify", {
     logs: used().map(({ id }) => id), outputs, inputs, choose: data.has("choose"),
     method: data.get("method"), sample_time: String(data.get("sample_time")).replace(",", "."),
   }));
@@ -169,22 +173,54 @@ async function identify() {
 async function judge(path, body) {
   const data = new FormData(form.verify);
   if (!data.get("log")) return refuse(word("thermal-verify_another"));
-  return show(ask(path, { logs: [data.get("log")], ...body(data) }));
+  return show(work(`/thermal/${path}`, { logs: [data.get("log")], ...body(data) }));
 }
 
-/** Take logs, and the mapping for them. @param {File[]} files */
-async function add(files) {
+// ---- files --------------------------------------------------------------------------------------
+
+/** What is said of how logs are read: the file that the commands take. @param {boolean} units of one log */
+function mappingOf(units) {
+  const said = (/** @type {string} */ name, /** @type {unknown} */ value) =>
+    value ? `${name} = ${JSON.stringify(value)}\n` : "";
+  const data = new FormData(form.reading);
+  const time = ["date_order", "unit", "format"].map((one) => said(one, data.get(one))).join("");
+  const columns = units ? [...data].filter(([name]) => name.startsWith("[")).map(([name, unit]) =>
+    unit ? `[columns.${name.slice(1)}]\n${said("unit", unit)}` : "").join("") : "";
+  return time || columns ? new Blob([`[time]\n${time}${columns}`]) : mapping;
+}
+
+/** Take logs, saved models, and a mapping; return the last one's name. @param {File[]} files */
+async function add(files, units = false) {
   mapping = files.find(({ name }) => name.toLowerCase().endsWith(".toml")) ?? mapping;
-  for (const file of files.filter((one) => one !== mapping)) {
-    if (file.size > largest) refuse(word("room-too_large", { megabytes: largest / 1e6 }));
-    else {
-      const query = new URLSearchParams(
-        { name: file.name.slice(-200), map_bytes: String(mapping.size) });
-      const found = await ask(`log?${query}`, new Blob([file, mapping]), true);
-      if (!found) return;
-      await refresh(found.id);
+  const wanted = files.filter((one) => one !== mapping);
+  unread = [];
+  for (const [k, file] of wanted.entries()) {
+    const map = mappingOf(units);
+    const query = new URLSearchParams(
+      { name: file.name.slice(-200), map_bytes: String(map.size) });
+    const found = file.size > largest
+      ? refuse(word("room-too_large", { megabytes: largest / 1e6 }))
+      : await work(`/thermal/log?${query}`, new Blob([file, map]));
+    if (!found) {
+      unread = wanted.slice(k);
+      byId("reading").setAttribute("open", "");
+      return "";
     }
+    await refresh(found.id);
+    if (k === wanted.length - 1) return found.id;
   }
+  return "";
+}
+
+/** Read what was refused again, or the log that the form is about, as is said now. */
+async function readAgain() {
+  const [log] = unread.length ? [] : used();
+  const content = log && await told(`/thermal/log/${log.id}`, undefined, (one) => one.blob());
+  const id = await add(content ? [new File([content], log.name)] : unread, Boolean(log));
+  if (!id) return;
+  for (const [key, box] of chosen) box.checked ||= key === id;
+  if (log) await remove(log);
+  askModel();
 }
 
 const files = /** @type {HTMLInputElement} */ (byId("files"));
@@ -193,6 +229,7 @@ files.addEventListener("change", () => void add([...(files.files ?? [])])
 onDrop(/** @type {HTMLElement} */ (document.querySelector(".room")), add);
 for (const [name, act] of /** @type {const} */ ([
   ["identify", identify],
+  ["reading", readAgain],
   ["verify", () => judge("verify", (data) => ({ model: data.get("model") }))],
 ])) {
   form[name].addEventListener("submit", (event) => {
@@ -209,7 +246,7 @@ byId("compare").addEventListener("click", () => void judge("compare", (data) => 
 byId("join").addEventListener("submit", (event) => {
   event.preventDefault();
   const shift = String(new FormData(/** @type {HTMLFormElement} */ (event.target)).get("shift"));
-  void show(ask("join",
+  void show(work("/thermal/join",
     { logs: used().map(({ id }) => id), shift: shift.trim().replace(",", ".") }));
 });
 byId("input-add").addEventListener("click", () => {
