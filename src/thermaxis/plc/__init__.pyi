@@ -58,6 +58,8 @@ from .vectors import (
     PlcInputs as PlcInputs,
     PlcOutputs as PlcOutputs,
     PlcStep as PlcStep,
+    SelfTest as SelfTest,
     Vectors as Vectors,
+    self_test_of as self_test_of,
     vectors_of as vectors_of,
 )

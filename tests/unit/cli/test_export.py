@@ -33,6 +33,7 @@ def few_rows(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) ->
     if "whole_vectors" not in request.fixturenames:
         few = partial(vectors_of, most_calls=500)
         monkeypatch.setattr(plc, "vectors_of", few)
+        monkeypatch.setattr(plc, "self_test_of", partial(plc.self_test_of, most_calls=5))
 
 
 @pytest.fixture
@@ -94,7 +95,8 @@ def test_a_dialect_gets_its_program_vectors_guide_and_report(
     found = contents(folder)
     ends = {*FILES[dialect], "vectors.csv", "guide.md", "report.json"}
     library = {f"thermaxis_lib.{end}" for end in FILES[dialect] if dialect != "fmu"}
-    assert set(found) == {f"tx_lathe.{end}" for end in ends} | library
+    tested = {f"tx_lathe_selftest.{end}" for end in FILES[dialect] - {"c", "fmi2.fmu", "fmi3.fmu"}}
+    assert set(found) == {f"tx_lathe.{end}" for end in ends} | library | tested
     report = json.loads(found.pop("tx_lathe.report.json"))
     assert report["files"] == {name: sha256(text).hexdigest() for name, text in found.items()}
     assert report["model_sha256"] == model_sha256(read_model(lathe))
@@ -119,7 +121,7 @@ def test_a_dialect_gets_its_program_vectors_guide_and_report(
 
 def warned_everywhere(folder: Path, said: str) -> str:
     """Return what is warned of in the summary, and look for it in head, guide and report."""
-    (program,) = folder.glob("tx_*.st")
+    (program,) = (path for path in folder.glob("tx_*.st") if "_selftest" not in path.name)
     head = program.read_text(encoding="ascii").partition("FUNCTION_BLOCK")[0]
     plain = " ".join(re.sub(r"[(*)]+", " ", head).split())
     guide = next(folder.glob("*.guide.md")).read_text(encoding="ascii")
@@ -375,7 +377,8 @@ def test_an_empty_folder_is_taken_and_another_name_replaces_the_older_export(tmp
     order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o", folder)
     run(*order, "--name", "one")
     run(*order, "--name", "two")
-    assert {name.partition(".")[0] for name in contents(folder)} == {"tx_two", "thermaxis_lib"}
+    stems = {name.partition(".")[0] for name in contents(folder)}
+    assert stems == {"tx_two", "tx_two_selftest", "thermaxis_lib"}
 
 
 # ---- what is refused ----------------------------------------------------------------------------
@@ -477,7 +480,7 @@ def test_one_position_or_none_makes_an_offset_with_the_block_that_brings_it_to_t
     run(*order, "--positive", "away", "--positive", "Z_um=towards", "-o", folder)
     block = folder / "tx_m.scl"
     assert {p.name for p in folder.glob("*.scl")} == {
-        *("thermaxis_lib.scl", "thermaxis_sinumerik.scl", block.name)
+        *("thermaxis_lib.scl", "thermaxis_sinumerik.scl", block.name, "tx_m_selftest.scl")
     }
     said = [re.findall(r"um_per_mm := (\S+),", p.read_text("ascii")) for p in folder.glob("*.md")]
     assert said == [["-1000.0", "1000.0"]]
@@ -565,7 +568,8 @@ def test_the_exported_text_says_what_the_exported_vectors_say(root, tmp_path, di
             (p.name, p.read_text("ascii")) for p in folder.iterdir() if p.suffix in ".h.c"
         )
     else:
-        made = sorted(p for p in folder.iterdir() if p.suffix in {".scl", ".st"})
+        texts = [p for p in folder.iterdir() if p.suffix in {".scl", ".st"}]
+        made = sorted(p for p in texts if p.name != f"tx_m_selftest{p.suffix}")
         c = st_as_c([p.read_text("ascii") for p in made], "tx_m")
         files = (("tx_m.h", c.header), ("tx_m.c", c.source))
     vectors = (folder / "tx_m.vectors.csv").read_text(encoding="ascii")

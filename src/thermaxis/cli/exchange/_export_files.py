@@ -70,6 +70,8 @@ def _export_of(arguments: argparse.Namespace) -> Export:
         told.append(f"  {sha256(tested.text.encode('utf-8')).hexdigest()}")
     block = replace(block, remarks=tuple(told))
     files = program_files(block, target)
+    if tested is not None and target.dialect != "fmu":
+        files |= program_files(plc.self_test_of(block), target)
     vectors, interlocks = f"{stem}.vectors.csv", exported.compensation.interlocks
     away = () if line is not None else exported.away
     facts = plc.GuideFacts(target, tuple(files), vectors, interlocks, line, away, exported.warnings)
@@ -114,9 +116,9 @@ def target_of(arguments: argparse.Namespace) -> tuple[plc.Target, bool]:
     return plc.Target(dialect, "" if variant == "c" else variant), arguments.real != "32"
 
 
-def program_files(block: plc.Block, target: plc.Target) -> dict[str, bytes]:
-    """Return library and block as the files of a target."""
-    if target.dialect == "fmu":
+def program_files(block: plc.Block | plc.SelfTest, target: plc.Target) -> dict[str, bytes]:
+    """Return library and block, or a self-test, as the files of a target."""
+    if target.dialect == "fmu" and isinstance(block, plc.Block):
         return plc.fmu_files(block)
     if target.dialect == "c":
         texts = block.c()
@@ -125,7 +127,7 @@ def program_files(block: plc.Block, target: plc.Target) -> dict[str, bytes]:
     else:
         cpu = cast("plc.SclCpu", target.variant)
         texts = block.scl(cpu)
-        if target.dialect == TEMPCOMP and block.line is None:
+        if target.dialect == TEMPCOMP and isinstance(block, plc.Block) and block.line is None:
             double = block.settings.double
             texts[f"{plc.SINUMERIK}.scl"] = plc.sinumerik_library(double=double, cpu=cpu)
     return {name: text.encode("ascii") for name, text in texts.items()}

@@ -11,6 +11,10 @@ from ._reference import (
     by_variable as by_variable,
     variable_names as variable_names,
 )
+from ._self_test import (
+    SelfTest as SelfTest,
+    self_test_of as self_test_of,
+)
 from ._simulated_plant import (
     PlcStep as PlcStep,
 )
