@@ -7,6 +7,7 @@ Whatever it does, an offset counts as read only where the setting data held it a
 import random
 from collections import deque
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -93,12 +94,12 @@ class Control:
         """Correction that the setting data means. [µm]"""
         return self.k0_mm * self.um_per_mm
 
-    def scan(self, *, init: bool = False, **block: Any) -> dict[str, float]:
+    def scan(self, *, init: bool = False, elapsed_s: float = SCAN_S, **block: Any) -> Any:
         """Do one scan of OB1: the block, then FB2 and FB3."""
         self.held_um.append(self.offset_um)
         told = block | {
             "init": init,
-            "elapsed_s": SCAN_S,
+            "elapsed_s": elapsed_s,
             "cycle_s": CYCLE_S,
             "got_mm": self.got_mm,
             "um_per_mm": self.um_per_mm,
@@ -159,6 +160,17 @@ def test_a_correction_is_reached_as_fast_as_its_steps_allow_and_never_beyond_its
     assert beats == pytest.approx(40.0 / STEP_UM, abs=2)
     for k in range(80):
         assert control.scan(**told(1e4, beats + k // 8))["read_um"] == pytest.approx(40.0, abs=1e-4)
+
+
+def test_a_block_that_is_called_too_often_is_followed_no_more_than_twice_a_cycle() -> None:
+    control = Control()
+    asked: list[int] = []
+    for k in range(400):
+        before = control.said["put_request"]
+        if control.scan(**told(40.0, k), elapsed_s=SCAN_S / 2.0)["put_request"] and not before:
+            asked.append(k)
+    apart_s = {(b - a) * SCAN_S / 2.0 for a, b in pairwise(asked)}
+    assert apart_s == {0.5 * CYCLE_S}
 
 
 @pytest.mark.parametrize("odd", [float("nan"), float("inf"), -float("inf")])
@@ -225,6 +237,32 @@ def test_a_start_forgets_jobs_and_what_was_read_whatever_was_retained(job: str) 
     while not said["read_ok"]:
         said = control.scan(**told(-5.0, 11))
     assert said["read_um"] == 0.0
+
+
+def test_nothing_is_written_after_a_start_before_the_model_block_has_been_called() -> None:
+    control = Control()
+    for k in range(8):
+        control.scan(**told(-5.0, k, state=OFF))
+    control.k0_mm = 0.02
+    control.scan(**told(-5.0, 7), init=True)  # what was retained says Active and linked
+    for _ in range(400):
+        said = control.scan(**told(-5.0, 7))
+    assert (control.k0_mm, said["stopped"]) == (0.02, 1.0)
+    for k in range(400):
+        control.scan(**told(-5.0, 8 + k // 8))
+    assert control.k0_mm == pytest.approx(0.005, abs=1e-5)
+
+
+@pytest.mark.parametrize("wrong_s", [-2147483.0, float("nan")])
+def test_a_clock_that_begins_anew_or_is_none_makes_nothing_younger(wrong_s: float) -> None:
+    control = Control()
+    for k in range(80):
+        control.scan(**told(-2.0, k // 8))
+    control.get.ends.append(("never", 1))
+    assert not control.scan(**told(-2.0, 9), elapsed_s=wrong_s)["stopped"]
+    for _ in range(round(3.5 * CYCLE_S / SCAN_S)):
+        said = control.scan(**told(-2.0, 9))
+    assert (said["read_ok"], said["stopped"]) == (0.0, 1.0)
 
 
 @pytest.mark.parametrize("seed", range(6))
