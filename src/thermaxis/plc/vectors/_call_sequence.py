@@ -23,8 +23,6 @@ class CallSequence:
     ----------
     settings : PlcSettings
         What is exported.
-    seed : int
-        Seed of the noise.
     most_calls : int
         Calls that its phases share. Default: `MOST_CALLS`. [1]
     block : SequenceBlock, optional
@@ -35,11 +33,10 @@ class CallSequence:
         self,
         settings: PlcSettings,
         *,
-        seed: int,
         most_calls: int = MOST_CALLS,
         block: SequenceBlock | None = None,
     ) -> None:
-        self._plant = SimulatedPlant(settings, seed, block or CycleBlock(settings))
+        self._plant = SimulatedPlant(settings, block or CycleBlock(settings))
         self._calls_left = most_calls
         self.cuts: list[str] = []
         """Phases that were ended before their end, in words; complete after the last step."""
@@ -57,10 +54,12 @@ class CallSequence:
             # What comes later is longer: an early phase may take twice its share of the calls.
             share = 2 * self._calls_left // (len(phases) - number + 1)
             plant.calls_left = share = min(self._calls_left, max(share, 1))
-            for step in phase(plant):
-                if plant.calls_left <= 0:
+            for lasts, different in phase(plant):
+                calls = max(lasts if isinstance(lasts, int) else round(lasts / plant.cycle_s), 1)
+                left, plant.calls_left = plant.calls_left, max(plant.calls_left - calls, 0)
+                for _ in range(min(calls, left)):
+                    yield plant.step(**different)
+                if calls > left:
                     self.cuts.append(f"{name} after {share} calls for want of calls")
                     break
-                plant.calls_left -= 1
-                yield step
             self._calls_left -= share - plant.calls_left

@@ -1,12 +1,11 @@
 """The simulated plant around an exported block: machine, sensors and people.
 
 It is closed: what the machine reports as its offset follows what the block has written in the call
-before. Seeded, and made of sums and products alone: the same settings give the same inputs on every
+before. It is made of sums and products alone: the same settings give the same inputs on every
 computer.
 """
 
-from collections.abc import Iterator, Sequence
-from random import Random
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol, final
 
 from thermaxis.compensation import STATED, Part, SupervisorState
@@ -43,12 +42,11 @@ class SequenceBlock(Protocol):
 
 @final
 class SimulatedPlant:
-    """Machine, sensors and people around the block; without noise little changes between calls."""
+    """Machine, sensors and people around the block; little changes between calls."""
 
     def __init__(
         self,
         settings: PlcSettings,
-        seed: int,
         block: SequenceBlock,
     ) -> None:
         compensation = settings.compensation
@@ -59,14 +57,11 @@ class SimulatedPlant:
         self.base_c = [self._base_c(k) for k in range(len(compensation.judged))]
         self.goal_c = list(self.base_c)
         self.now_c = list(self.base_c)
-        self.noise_c = 0.0
         self.init = False
         self.calls_left = 0
         self.alive = self._up = False
         self._stood = 0
         self._block = block
-        # Its numbers are the same on every computer and in every version of Python.
-        self._chance = Random(seed)  # noqa: S311 - noise that can be repeated
         self._margin_k = compensation.validity_margin_k
         self._lowest_weight = compensation.lowest_weight
         self._near_um = _NEAR_SHARE * compensation.supervisor.read_back_tolerance_um
@@ -90,6 +85,8 @@ class SimulatedPlant:
         )
         self._first: PlcInputs = self.usual
         self._new = True
+        self.said: PlcOutputs
+        """What the block has said in the last call."""
 
     def _base_c(self, k: int) -> float:
         """Return a usual temperature of a channel: its reference, or somewhere in its range."""
@@ -102,44 +99,27 @@ class SimulatedPlant:
 
     def step(self, **different: object) -> PlcStep:
         """Let a call go by in which some inputs differ from the usual."""
-        self._warm()
+        self._stay_alive()
         inputs = self.usual._replace(
-            temperatures_c=tuple([self._seen(t) for t in self.now_c]),
+            temperatures_c=tuple([round(t / _STEP_C) * _STEP_C for t in self.now_c]),
             read_um=self._reported(),
             init=self.init,
         )
         self.init = False
         inputs = inputs._replace(**different)
-        outputs = self._block.step(inputs)
-        if outputs.linked and outputs.state != _OFF:
-            self.offset_um = list(outputs.correction_um)
-        return PlcStep(inputs, outputs)
+        self.said = self._block.step(inputs)
+        if self.said.linked and self.said.state != _OFF:
+            self.offset_um = list(self.said.correction_um)
+        return PlcStep(inputs, self.said)
 
-    def stay(self, seconds: float, **different: object) -> Iterator[PlcStep]:
-        """Let some time go by in the same circumstances; at least one call."""
-        for _ in range(max(1, round(seconds / self.cycle_s))):
-            yield self.step(**different)
-
-    def calls(self, number: int, **different: object) -> Iterator[PlcStep]:
-        """Let some calls go by in the same circumstances."""
-        for _ in range(number):
-            yield self.step(**different)
-
-    def jump(self, **different: object) -> Iterator[PlcStep]:
-        """Let every temperature be at its goal at once, and let a person say that it is right."""
-        yield self.step(**different)
-        self.now_c = list(self.goal_c)
-        yield self.step(**{**different, "reset": True})
-
-    def again(self, offset_um: tuple[float, ...] | None = None) -> None:
+    def again(self, offset_um: Sequence[float] = ()) -> None:
         """Begin with a new instance: nothing moves, and an offset stands in the control."""
         self.init, self._new = not self._new or self.init, False
         self.usual = self._first
-        self.noise_c = 0.0
         self.alive, self._stood = False, 0
         self.back()
         self.now_c = list(self.base_c)
-        self.stand(offset_um if offset_um is not None else [0.0] * len(self.bounds))
+        self.stand(offset_um or [0.0] * len(self.bounds))
 
     # ---- machine and sensors --------------------------------------------------------------------
 
@@ -162,24 +142,13 @@ class SimulatedPlant:
                 self._reported_um[k] = near_um if fits else now_um
         return tuple(self._reported_um)
 
-    def _seen(self, true_c: float) -> float:
-        noise_c = self.noise_c * (2.0 * self._chance.random() - 1.0) if self.noise_c else 0.0
-        return round((true_c + noise_c) / _STEP_C) * _STEP_C
-
-    def _warm(self) -> None:
-        """Move temperatures only while there is noise, or so little that no sensor is frozen."""
-        if self.noise_c:
-            # Towards the goal, no faster than is believed.
-            for k, (goal_c, rules) in enumerate(zip(self.goal_c, self.sensors, strict=True)):
-                most_k = 0.4 * rules.step_k + 0.8 * rules.largest_rate_k_per_s * self.cycle_s
-                away_k = goal_c - self.now_c[k]
-                self.now_c[k] += min(max(away_k, -most_k), most_k)
-        elif self.alive:
-            self._stood += 1
-            frozen_s = [s.frozen_s for s in self.sensors if s.frozen_s > 0.0]
-            if frozen_s and self._stood * self.cycle_s > 0.5 * min(frozen_s):
-                self._stood, self._up = 0, not self._up
-                self.now_c = [c + (_ALIVE_K if self._up else -_ALIVE_K) for c in self.now_c]
+    def _stay_alive(self) -> None:
+        """Move temperatures where that is asked for, so little and late that no sensor freezes."""
+        frozen_s = [s.frozen_s for s in self.sensors if s.frozen_s > 0.0]
+        self._stood += self.alive
+        if self.alive and frozen_s and self._stood * self.cycle_s > 0.5 * min(frozen_s):
+            self._stood, self._up = 0, not self._up
+            self.now_c = [c + (_ALIVE_K if self._up else -_ALIVE_K) for c in self.now_c]
 
     # ---- times ----------------------------------------------------------------------------------
 
@@ -195,6 +164,17 @@ class SimulatedPlant:
     def fits(self, seconds: float) -> bool:
         """Return whether a time fits into what is left of the phase's calls."""
         return round(seconds / self.cycle_s) < self.calls_left
+
+    # ---- requests and offsets -------------------------------------------------------------------
+
+    def trims(self, share: float, output: int = -1) -> tuple[float, ...]:
+        """Return a share of the largest trim for one output, or all. [µm]"""
+        most_um = enumerate(bounds.largest_trim_um for bounds in self.bounds)
+        return tuple([share * um if output in {k, -1} else 0.0 for k, um in most_um])
+
+    def share_um(self, share: float) -> tuple[float, ...]:
+        """Return a share of the total of every correction. [µm]"""
+        return tuple([share * bounds.total_um for bounds in self.bounds])
 
     # ---- goals of the temperatures --------------------------------------------------------------
 

@@ -28,8 +28,6 @@ from thermaxis.plc.vectors._reference import (
     words_of,
 )
 
-DEFAULT_SEED = 1
-"""Seed of the noise in the vectors. [1]"""
 LINE_LIMITED = "line_limited 1 - the limits of the corrections keep the line within its bounds"
 """What the rows of a block with a line have not: its bounds stand behind those limits."""
 TOLERANCE_UM = 0.002
@@ -88,7 +86,7 @@ def vectors_of(
     face = interface_of(settings, line)
     variables = (*face.inputs, *face.outputs)
     block = JudgedBlock(settings, line)
-    sequence = CallSequence(settings, seed=DEFAULT_SEED, most_calls=most_calls, block=block)
+    sequence = CallSequence(settings, most_calls=most_calls, block=block)
     seen: set[str] = set()
     rows: list[str] = []
     calls = 0
