@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
-from math import isfinite, nextafter
+from math import nextafter
 from typing import final
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_positive, require_range
 from thermaxis.plc._numbers import outward_text, stored
 from thermaxis.plc._settings import PlcSettings
 
@@ -26,10 +26,6 @@ CLOSEST_MM = 1.0
 VELOCITY_FACTOR = 0.01
 """Share of an axis's largest velocity that the control adds for a compensation. Default: that of
 MD32760 COMP_ADD_VELO_FACTOR. [1]"""
-LARGEST_READ = 1e6
-"""Largest magnitude of what the control reports, in the unit of each. [1]"""
-UNREAD_UM = 1e7
-"""What stands for a correction that was not read: more than a block takes for one. [µm]"""
 _UM_PER_MM = 1000
 _LEAST_POSITIONS = 2
 # Room for the roundings of the sum in REAL: the bound must not cut what the limits allow.
@@ -72,22 +68,9 @@ class LineSettings:
         if self.reference_mm is not None:
             stated.append(("--reference-position", self.reference_mm))
         for key, position in stated:
-            if not (isfinite(position) and abs(position) <= LARGEST_POSITION_MM):
-                raise ConfigurationError(
-                    "outside_range",
-                    value=position,
-                    least=-LARGEST_POSITION_MM,
-                    most=LARGEST_POSITION_MM,
-                    place=Place(key=key),
-                )
+            require_range(key, position, -LARGEST_POSITION_MM, LARGEST_POSITION_MM)
         require_apart(positions)
-        if not 0.0 < self.velocity_factor <= 1.0:
-            raise ConfigurationError(
-                "not_positive_up_to",
-                value=self.velocity_factor,
-                most=1,
-                place=Place(key="--velocity-factor"),
-            )
+        require_positive("--velocity-factor", self.velocity_factor, 1)
         mean = sum(map(Fraction, positions)) / len(positions)
         origin = float(mean) if self.reference_mm is None else self.reference_mm
         object.__setattr__(self, "origin_mm", origin)

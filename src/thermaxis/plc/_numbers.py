@@ -1,6 +1,7 @@
 """Numbers as every dialect reads them: the same binary number comes back."""
 
 import math
+import re
 import struct
 import sys
 from decimal import ROUND_CEILING, Context, Decimal
@@ -13,7 +14,6 @@ DIGITS = {True: 17, False: 9}
 [1]"""
 SMALLEST = {True: sys.float_info.min, False: 2.0**-126}
 """Smallest number above zero that is kept with all its digits, by whether numbers are LREAL."""
-_PLAIN_FROM, _PLAIN_TO = -3, 6
 
 
 def figure(value: float, digits: int = 6) -> str:
@@ -52,17 +52,13 @@ def rounded(value: float, *, double: bool) -> float:
 
 def number_text(value: float, *, double: bool, place: Place = NOWHERE) -> str:
     """Return a number as text: a point in the mantissa, an exponent as in ``1.0E-06``."""
-    kept = stored(value, double=double, place=place)
-    sign = "-" if math.copysign(1.0, kept) < 0.0 else ""
-    if kept == 0.0:
-        return sign + "0.0"
-    mantissa, exponent = f"{abs(kept):.{DIGITS[double] - 1}E}".split("E")
-    digits, power = mantissa.replace(".", ""), int(exponent)
-    if not _PLAIN_FROM <= power <= _PLAIN_TO:
-        return f"{sign}{digits[0]}.{_fraction(digits[1:])}E{power:+03d}"
-    if power < 0:
-        return f"{sign}0.{_fraction('0' * (-power - 1) + digits)}"
-    return f"{sign}{digits[: power + 1]}.{_fraction(digits[power + 1 :])}"
+    return digits_text(stored(value, double=double, place=place), double=double)
+
+
+def digits_text(kept: float, *, double: bool) -> str:
+    """Return a number that the target has, with as many digits as find it again."""
+    text = f"{kept:.{DIGITS[double]}G}"
+    return text if "." in text else re.sub("E|$", r".0\g<0>", text, count=1)
 
 
 def outward_text(bound: float, digits: int = 6) -> str:
@@ -74,7 +70,3 @@ def outward_text(bound: float, digits: int = 6) -> str:
     up = exact.quantize(unit, rounding=ROUND_CEILING, context=Context(prec=60))
     text = f"{up:f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
-
-
-def _fraction(digits: str) -> str:
-    return digits.rstrip("0") or "0"

@@ -63,3 +63,7 @@ class CallSequence:
                     self.cuts.append(f"{name} after {share} calls for want of calls")
                     break
             self._calls_left -= share - plant.calls_left
+
+    def missing(self) -> list[str]:
+        """Return what did not occur in the steps until now, or did not fit, in words."""
+        return self._plant.missing()

@@ -24,9 +24,9 @@ _BEYOND = 1.05
 def phases_of(plant: SimulatedPlant) -> tuple[tuple[str, Phase], ...]:
     """Return the phases, each with its name."""
     limits = [
-        (f"{'lower' if sign > 0.0 else 'upper'} limit of output {k + 1}", _limit(k, sign))
+        (f"{side} limit of output {k + 1}", _limit(k, sign))
         for k in range(len(plant.bounds))
-        for sign in (1.0, -1.0)
+        for side, sign in (("lower", 1.0), ("upper", -1.0))
     ]
     return (
         ("start", _start),
@@ -71,7 +71,7 @@ def _active(plant: SimulatedPlant, share: float = 0.1) -> Rows:
 
 def _for_longer(plant: SimulatedPlant, seconds: float, different: dict[str, Any]) -> Rows:
     """Let something last for longer, if there are calls left, and come back."""
-    if plant.fits(seconds):
+    if plant.fits(seconds, f"{', '.join(different)} for {seconds:g} s"):
         yield plant.beyond(seconds), different
         yield 20, different
         yield plant.ready_s(), {}
@@ -310,13 +310,19 @@ def _limit(output: int, sign: float) -> Phase:
 
 def _still(plant: SimulatedPlant) -> Rows:
     """Let a trim expire, or at least stand still for long, while no temperature changes."""
-    yield from _active(plant)
-    trims = {"trims_um": plant.trims(0.5)}
     long_s = (LONG_ROW_CALLS + LONG_ROW_CALLS // 2) * plant.cycle_s
     frozen_s = max(sensor.frozen_s for sensor in plant.sensors)
-    times_s = (frozen_s, plant.rules.longest_trim_s)
-    lasting = [s for s in times_s if plant.fits(s + 2.0 * long_s)]
-    yield plant.beyond(max([0.0, *lasting])), trims
+    lasting_s = [0.0]
+    for seconds, what in (
+        (0.0, f"{LONG_ROW_CALLS} calls without a change"),
+        (frozen_s, "a frozen value"),
+        (plant.rules.longest_trim_s, "a trim that expires"),
+    ):
+        if plant.fits(seconds + 2.0 * long_s, what):
+            lasting_s.append(seconds)
+    yield from _active(plant)
+    trims = {"trims_um": plant.trims(0.5)}
+    yield plant.beyond(max(lasting_s)), trims
     yield long_s, trims
     plant.goal_c = [now_c + 0.5 for now_c in plant.now_c]
     yield from _jump(plant)

@@ -6,9 +6,10 @@ computer.
 """
 
 from collections.abc import Sequence
+from itertools import product
 from typing import NamedTuple, Protocol, final
 
-from thermaxis.compensation import STATED, Part, SupervisorState
+from thermaxis.compensation import STATED, Part, Reason, SupervisorState
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.vectors._reference import PlcInputs, PlcOutputs
 
@@ -59,6 +60,10 @@ class SimulatedPlant:
         self.now_c = list(self.base_c)
         self.init = False
         self.calls_left = 0
+        self._stems = settings.names.outputs
+        self._reached: set[tuple[int, bool]] = set()
+        self._faults = 0
+        self._unfit: list[str] = []
         self.alive = self._up = False
         self._stood = 0
         self._block = block
@@ -110,6 +115,9 @@ class SimulatedPlant:
         self.said = self._block.step(inputs)
         if self.said.linked and self.said.state != _OFF:
             self.offset_um = list(self.said.correction_um)
+        self._faults |= self.said.fault_word
+        wanted_um = enumerate(self.said.wanted_um)
+        self._reached |= {(k, um > 0.0) for k, um in wanted_um if self.said.at_limit[k]}
         return PlcStep(inputs, self.said)
 
     def again(self, offset_um: Sequence[float] = ()) -> None:
@@ -161,9 +169,21 @@ class SimulatedPlant:
         rules = self.rules
         return self.beyond(max(rules.settle_s, rules.recovery_delay_s, rules.input_timeout_s))
 
-    def fits(self, seconds: float) -> bool:
-        """Return whether a time fits into what is left of the phase's calls."""
-        return round(seconds / self.cycle_s) < self.calls_left
+    def fits(self, seconds: float, what: str) -> bool:
+        """Return whether a time fits into what is left of the phase's calls; note what does not."""
+        fits = round(seconds / self.cycle_s) < self.calls_left
+        self._unfit += [] if fits else [what]
+        return fits
+
+    def missing(self) -> list[str]:
+        """Return which limits and faults did not occur until now, and what did not fit."""
+        limits = product(enumerate(self._stems), (("upper", True), ("lower", False)))
+        faults = [2**k for k in range(len(Reason))]
+        return [
+            *(f"fault_word {bit}" for bit in faults if not self._faults & bit),
+            *(f"{w} limit of {s}" for (k, s), (w, up) in limits if (k, up) not in self._reached),
+            *self._unfit,
+        ]
 
     # ---- requests and offsets -------------------------------------------------------------------
 
