@@ -9,6 +9,7 @@ from typing import final
 from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError
+from thermaxis.plc._library import LIBRARY, library_file
 
 LONGEST_NAME = 24
 """Longest name of a block or a variable. Origin: the limit of old Siemens tools, from the trade.
@@ -18,15 +19,6 @@ PREFIX = "tx_"
 LONGEST_TEXT = 60
 """Longest text from a person in a remark. Origin: a line of 100 signs with what stands before.
 [1]"""
-OWN_BLOCKS = frozenset(
-    {
-        "lag", "begin", "read_back", "requests", "sensor", "model_state", "asked", "supervisor",
-        "trim", "correction", "state", "motion", "clock_rules", "limits", "asked_for",
-        "sensor_rules", "supervisor_rules", "signals", "number", "is_offset",
-    }
-)  # fmt: skip
-"""Blocks and types of the library, without their prefix."""
-
 CUT = "..."
 """Sign behind a text that was cut; its signs may stand in a remark."""
 # In C a block is a type and two functions; a name that ends like one could be that of another.
@@ -37,33 +29,6 @@ _LONGEST_PART = 18
 _LONGEST_BLOCK = LONGEST_NAME - len(PREFIX)
 # Names of the main block that are made of a prefix and one of these would mean something else.
 _TAKEN_STEMS = frozenset({"ok", "quality", "runs", "id_1", "id_2"})
-
-_IEC = """
-    action and any array at begin bool by byte case char configuration const constant continue
-    do dint dt dword else elsif en end eno eq exit exp expt false for from function function_block
-    ge goto gt if implements in int interface interval le len limit lint ln log lreal lt lword max
-    method min mod move mux namespace ne not null of on or override pointer private program
-    protected public r_edge read_only read_write real ref ref_to reference repeat resource retain
-    return rol ror r_trig f_trig rs sel shl shr single sint sqrt sr step string struct super
-    task then this time tod to tof ton tp transition true trunc type udint uint ulint union until
-    usint using var var_access var_config var_external var_global var_in_out var_input var_output
-    var_temp vars while with word wstring xor abs acos asin atan cos sin tan add sub mul div
-    concat delete find insert left mid replace right ctu ctd ctud f_edge non_retain date
-    date_and_time time_of_day
-"""
-_SCL = """
-    any_to block_db block_fb block_fc block_sdb block_sfb block_sfc counter data_block db di
-    end_const end_data_block end_label end_region end_var ib iw label ldt mb mw nil ok
-    organization_block overlap peek poke qb qw region s5time temp timer title variant version void
-"""
-_C = """
-    auto bool break char const default double enum extern float inline int int16_t long main
-    register restrict short signed sizeof static switch typedef unsigned void volatile errno
-    assert linux unix near far
-"""
-RESERVED = frozenset(f"{_IEC} {_SCL} {_C}".split())
-"""Words that are no name in one of the targets, lower case: those of IEC 61131-3 with its standard
-functions and blocks, those that STEP 7 and TIA Portal keep beside them, those of C."""
 
 
 @final
@@ -95,7 +60,8 @@ def names_of(model: CompensationModel, name: str, judged: Iterable[str] = ()) ->
 
 def _block_name(name: str) -> str:
     stem = legal_stem(name, _LONGEST_BLOCK, place=Place(key="name"))
-    if stem in OWN_BLOCKS:
+    library = "".join(library_file(f"{LIBRARY}.{ending}") for ending in ("st", "h"))
+    if re.search(rf"\b{PREFIX}{stem}\b", library):
         raise ConfigurationError(
             "block_name_taken", name=f"{PREFIX}{stem}", place=Place(key="name")
         )
@@ -140,12 +106,6 @@ def legal_stem(text: str, longest: int, *, place: Place) -> str:
     if not stem:
         raise ConfigurationError("name_without_letters", place=place)
     return stem
-
-
-def is_legal(name: str) -> bool:
-    """Whether every target takes a name."""
-    formed = re.fullmatch(r"[a-z](_?[a-z0-9])*", name) is not None
-    return formed and len(name) <= LONGEST_NAME and name not in RESERVED
 
 
 def remark_text(text: str, longest: int = LONGEST_TEXT) -> str:

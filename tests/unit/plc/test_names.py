@@ -11,8 +11,6 @@ from thermaxis.compensation import CompensationModel, Output, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._names import (
     LONGEST_NAME,
-    RESERVED,
-    is_legal,
     legal_stem,
     names_of,
     remark_text,
@@ -20,6 +18,40 @@ from thermaxis.plc._names import (
 )
 
 PREFIXES = ("correction_", "model_", "wanted_", "weight_", "limit_", "added_", "trim_", "read_")
+
+
+_IEC = """
+    action and any array at begin bool by byte case char configuration const constant continue
+    do dint dt dword else elsif en end eno eq exit exp expt false for from function function_block
+    ge goto gt if implements in int interface interval le len limit lint ln log lreal lt lword max
+    method min mod move mux namespace ne not null of on or override pointer private program
+    protected public r_edge read_only read_write real ref ref_to reference repeat resource retain
+    return rol ror r_trig f_trig rs sel shl shr single sint sqrt sr step string struct super
+    task then this time tod to tof ton tp transition true trunc type udint uint ulint union until
+    usint using var var_access var_config var_external var_global var_in_out var_input var_output
+    var_temp vars while with word wstring xor abs acos asin atan cos sin tan add sub mul div
+    concat delete find insert left mid replace right ctu ctd ctud f_edge non_retain date
+    date_and_time time_of_day
+"""
+_SCL = """
+    any_to block_db block_fb block_fc block_sdb block_sfb block_sfc counter data_block db di
+    end_const end_data_block end_label end_region end_var ib iw label ldt mb mw nil ok
+    organization_block overlap peek poke qb qw region s5time temp timer title variant version void
+"""
+_C = """
+    auto bool break char const default double enum extern float inline int int16_t long main
+    register restrict short signed sizeof static switch typedef unsigned void volatile errno
+    assert linux unix near far
+"""
+RESERVED = frozenset(f"{_IEC} {_SCL} {_C}".split())
+"""Words that are no name in one of the targets, lower case: those of IEC 61131-3 with its standard
+functions and blocks, those that STEP 7 and TIA Portal keep beside them, those of C."""
+
+
+def is_legal(name: str) -> bool:
+    """Whether every target takes a name."""
+    formed = re.fullmatch(r"[a-z](_?[a-z0-9])*", name) is not None
+    return formed and len(name) <= LONGEST_NAME and name not in RESERVED
 
 
 def a_model(*parts: tuple[str, str], outputs: tuple[str, ...] = ("Z_um",)) -> CompensationModel:

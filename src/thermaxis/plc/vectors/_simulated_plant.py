@@ -56,6 +56,11 @@ class SimulatedPlant:
         self.cycle_s = settings.cycle_s
         self._judged = compensation.judged
         self.base_c = [self._base_c(k) for k in range(len(compensation.judged))]
+        bases = zip(compensation.judged, self.base_c, strict=True)
+        stated = self.model.reference == STATED
+        self._zero_c = [
+            self.model.reference_c.get(name, base_c) if stated else base_c for name, base_c in bases
+        ]
         self.goal_c = list(self.base_c)
         self.now_c = list(self.base_c)
         self.init = False
@@ -233,7 +238,9 @@ class SimulatedPlant:
         for _ in range(_HALVINGS):
             pairs = zip(self.base_c, ends_c, strict=True)
             self.goal_c = [base_c + share * (end_c - base_c) for base_c, end_c in pairs]
-            if all(self._most_um(k) < 0.6 * b.largest_um for k, b in enumerate(self.bounds)):
+            if all(
+                abs(self._at_rest_um(k)) < 0.3 * b.largest_um for k, b in enumerate(self.bounds)
+            ):
                 return
             share *= 0.5
 
@@ -253,25 +260,10 @@ class SimulatedPlant:
 
     def _rise_k(self, part: Part) -> float:
         """Return the input of a part at the goals. [K]"""
-        model = self.model
-        stated = model.reference == STATED
-        rise_k = [
-            self.goal_c[k] - (model.reference_c[name] if stated else self.base_c[k])
-            for k, name in enumerate(model.channels)
-        ]
-        plus, minus = (model.channels.index(n) if n else -1 for n in (part.plus, part.minus))
+        names = self.model.channels
+        plus, minus = (names.index(name) if name else -1 for name in (part.plus, part.minus))
+        rise_k = [now_c - zero_c for now_c, zero_c in zip(self.goal_c, self._zero_c, strict=True)]
         return rise_k[plus] - (rise_k[minus] if part.minus else 0.0)
-
-    def _most_um(self, output: int) -> float:
-        """Return a bound of an output's model on the way to the goals, for any workpiece."""
-        of = self.model.outputs[output]
-        total_um = abs(of.offset_um)
-        for part in of.parts:
-            size = abs(part.direct_gain_um_per_k) + sum(abs(s.gain_um_per_k) for s in part.sections)
-            gains = [abs(p.gain) for p in part.gain_by_diameter]
-            largest = max(abs(part.tool_gain), *gains) if gains else 1.0
-            total_um += size * abs(self._rise_k(part)) * largest
-        return total_um
 
     def _at_rest_um(self, output: int) -> float:
         """Return an output's model at the goals, weighted, when nothing moves any more."""
