@@ -112,7 +112,7 @@ def self_test_of(block: Block, *, most_calls: int = _MOST_CALLS) -> SelfTest:
 def _rows(block: Block, most_calls: int) -> Iterator[_Row]:
     settings, line, face = block.settings, block.line, block.interface
     cycle = JudgedBlock(settings, line)
-    plant = SimulatedPlant(settings, 1, cycle)
+    plant = SimulatedPlant(settings, cycle)
     plant.calls_left = most_calls
     names = [v.name for v in face.inputs if not v.name.startswith("read_") or v.name == "read_ok"]
     told: dict[str, str] = {}
@@ -244,6 +244,6 @@ def _inside(plant: SimulatedPlant) -> list[float]:
 
 def _for_longer(plant: SimulatedPlant, seconds: float, different: dict[str, Any]) -> _Course:
     """Yield a row that lasts for longer, and one after it, if there are calls left."""
-    if plant.fits(seconds):
+    if plant.fits(seconds, ", ".join(different)):
         yield plant.beyond(seconds), dict(different)
         yield plant.ready_s(), {}
