@@ -11,7 +11,7 @@ from thermaxis.thermal import MeasuredOutput, ThermalLog, TouchFigures, TouchPla
 MODEL = CompensationModel(
     outputs=(Output("Z_um", (Part("spindle", "T_C", "", 1.0, (Section(4.0, 1800.0),)),)),)
 )
-EXACT = TouchPlan(every_s=3600.0, channels={}, noise_um=0.01)
+EXACT = TouchPlan(every_s=3600.0, noise_um=0.01)
 
 
 def warmed(offset_um: np.ndarray, **columns: np.ndarray) -> ThermalLog:
@@ -81,7 +81,7 @@ def test_touches_in_a_column_are_those_of_the_log_and_judge_what_was_known_befor
 def test_an_output_without_touches_has_no_figures_of_them() -> None:
     log = warmed(np.zeros(100))
     assert verify(MODEL, [log]).logs[0].outputs[0].touched is None
-    plan = TouchPlan(channels={})
+    plan = TouchPlan()
     assert verify(MODEL, [log], touches=plan).logs[0].outputs[0].touched is None
 
 
@@ -99,7 +99,7 @@ def test_the_likeliest_drift_is_the_true_one_and_innovations_lie_where_they_shou
     time_s = 60.0 * np.arange(walk.size)
     values = {"T_C": np.full(walk.size, 20.0), "Z_um": walk}
     log = ThermalLog.from_columns({**values, "time_s": time_s}, sample_time_s=60.0, name="walk")
-    plan = TouchPlan(every_s=3600.0, channels={}, noise_um=1.0, drift_um_per_root_h=1.5, seed=2)
+    plan = TouchPlan(every_s=3600.0, noise_um=1.0, drift_um_per_root_h=1.5, seed=2)
     found = touched(log, plan)
     assert found.likely_drift_um_per_root_h == pytest.approx(1.5, rel=0.2)
     assert found.within_two_sigma is not None

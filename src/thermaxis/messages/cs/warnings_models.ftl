@@ -40,6 +40,7 @@ next_test-none = Příští zkouška: žádná s jediným zdrojem by příliš n
 
 held_out-later_part = Odloženo: posledních { $percent } % každého běhu, podle modelu řádků předtím (není to příslib pro jiný běh)
 held_out-other_runs = Odloženo: každý z { $runs } běhů, podle modelu ostatních
+held_out-stretches = Odloženo: postupně každý z { $count } úseků změřených řádků, podle modelu ostatních (není to příslib pro jiný běh)
 
 ## Co říká zbytek volného běhu
 

@@ -40,6 +40,7 @@ next_test-none = Nächster Versuch: Keiner mit einer Quelle allein hülfe viel
 
 held_out-later_part = Zurückgehalten: die letzten { $percent } % jedes Laufs, von einem Modell der Zeilen davor (kein Versprechen für einen anderen Lauf)
 held_out-other_runs = Zurückgehalten: jeder von { $runs } Läufen, von einem Modell der anderen
+held_out-stretches = Zurückgehalten: nacheinander jede von { $count } Strecken der gemessenen Zeilen, von einem Modell der anderen (kein Versprechen für einen anderen Lauf)
 
 ## Was der Rest eines freien Laufs sagt
 

@@ -40,6 +40,7 @@ next_test-none = Next test: none of one source alone would help much
 
 held_out-later_part = Held out: the last { $percent } % of each run, by a model of the rows before (no promise for another run)
 held_out-other_runs = Held out: each of { $runs } runs, by a model of the others
+held_out-stretches = Held out: one of { $count } stretches of the measured rows after the other, by a model of the others (no promise for another run)
 
 ## What the residual of a free run says
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place
 from thermaxis.compensation import CompensationModel
@@ -48,6 +49,11 @@ NOT_FIT = {Method.AVERAGES: 2.0, Method.STATIC: 1.1}
 """More than so many times what a simple rule leaves of rows held out condemns a model. Default:
 two, as the later part of one run often leaves 1.5 times of a model that is better on another run;
 no lags at all are rarely a tenth better by chance. [1]"""
+SPARSE = 0.5
+"""No larger share of the rows is measured where a log has touches in place of a record. [1]"""
+FEW = 2.0
+"""The same for every rule where few measured rows are held out in stretches: what is left of a few
+dozen touches differs by a quarter by chance. [1]"""
 LESS = 1.1
 """More than so many times is said, though it ranks none on another log. [1]"""
 _MOST_GAIN = 1e5
@@ -143,7 +149,9 @@ def with_figures(
                         for r in (*run.failed, *run.start_remarks)
                     ),
                     *_verdict(found.method, held_out, trained, _drift_um(output)),
-                    *_trained_badly(found.method, output, trained.rmse_um, averages, records.logs),
+                    *_trained_badly(
+                        found.method, output, held_out, (trained.rmse_um, averages), records.logs
+                    ),
                 ),
             )
         outputs.append(output)
@@ -204,15 +212,48 @@ def _later_part(
     learnt: list[ThermalLog] = []
     judges: list[_Judge] = []
     for log in logs:
-        own = [run for run in trained if run.time_s is log.time_s]
-        there = [run.counted for run in own if run.measured.channel in channels]
-        rows = np.flatnonzero(np.any(there, axis=0)) if there else np.zeros(0, dtype=np.intp)
+        rows = _measured_rows(channels, log, trained)
         first = int(LEARNT_SHARE * rows.size)
         if min(first, rows.size - first) >= FEWEST_HELD_OUT:
             cut = int(rows[first])
             learnt.append(log.span(0, cut))
             judges.append((log, (cut, log.rows)))
     return [(learnt, judges)] if learnt else []
+
+
+def _stretches(
+    channels: Sequence[str], logs: Sequence[ThermalLog], trained: Sequence[VerifiedOutput]
+) -> list[_Fold]:
+    """Hide one stretch of the measured rows after the other, but never the first one: the zero."""
+    measured = [_measured_rows(channels, log, trained)[1:] for log in logs]
+    count = sum(rows.size for rows in measured)
+    if not FEWEST_HELD_OUT <= count <= SPARSE * sum(log.rows for log in logs):
+        return []
+    folds: list[_Fold] = []
+    for k in range(MOST_FOLDS):
+        learnt: list[ThermalLog] = []
+        judges: list[_Judge] = []
+        for log, rows in zip(logs, measured, strict=True):
+            hidden = np.array_split(rows, MOST_FOLDS)[k]
+            columns = dict(log.columns)
+            if hidden.size:
+                first, behind = int(hidden[0]), int(hidden[-1]) + 1
+                judges.append((log, (first, behind)))
+                for name in (log.name_of(c) for c in channels if has_output(log, c)):
+                    seen = np.arange(log.rows)
+                    seen = (seen < first) | (seen >= behind)
+                    columns[name] = np.where(seen, log.columns[name], np.nan)
+            learnt.append(replace(log, columns=columns))
+        folds.append((learnt, judges))
+    return folds
+
+
+def _measured_rows(
+    channels: Sequence[str], log: ThermalLog, trained: Sequence[VerifiedOutput]
+) -> NDArray[np.intp]:
+    own = [run for run in trained if run.time_s is log.time_s]
+    there = [run.counted for run in own if run.measured.channel in channels]
+    return np.flatnonzero(np.any(there, axis=0)) if there else np.zeros(0, dtype=np.intp)
 
 
 def _group(
@@ -240,9 +281,11 @@ def _group(
     seen = [np.all(p.highest_k - p.lowest_k >= SEEN_SHARE * range_k) for p, _ in folds]
     if not (seen and all(seen)):
         what = Message("held_out-later_part", {"percent": round(100 * (1 - LEARNT_SHARE))})
-        folds = [
-            (part_of(learnt), judges) for learnt, judges in _later_part(channels, logs, trained)
-        ]
+        rows = _later_part(channels, logs, trained)
+        if not rows:
+            what = Message("held_out-stretches", {"count": MOST_FOLDS})
+            rows = _stretches(channels, logs, trained)
+        folds = [(part_of(learnt), judges) for learnt, judges in rows]
     own: _Runs = {}
     beside: _Runs = {}
     for part, judges in folds:
@@ -281,13 +324,19 @@ def _drift_um(output: IdentifiedOutput) -> float:
 def _trained_badly(
     method: Method,
     output: IdentifiedOutput,
-    model_um: float,
-    simple_um: float,
+    held_out: HeldOut | None,
+    left_um: tuple[float, float],
     logs: Sequence[ThermalLog],
 ) -> tuple[Message, ...]:
-    """Return a warning where averages explain the very rows better that a model is learnt from."""
+    """Return a warning where averages explain the very rows better that a model is learnt from.
+
+    Of few rows averages explain the noise: there, what is held out has the word.
+    """
+    model_um, simple_um = left_um
     least_um = max(NOT_FIT[Method.AVERAGES] * simple_um, _drift_um(output))
     if method in SIMPLE or model_um < least_um:
+        return ()
+    if held_out is not None and held_out.in_stretches:
         return ()
     drifts = any(remark.code.endswith("_drifts") for log in logs for remark in log.remarks)
     values = {"model_um": significant(model_um, 3), "simple_um": significant(simple_um, 3)}
@@ -310,7 +359,8 @@ def _verdict(
     std_um = trained.rmse_um / max(1.0 - trained.fit_percent / 100.0, 1e-9)
     others = {rule: left_um.get(rule, constant_um) for rule in NOT_FIT if rule is not method}
     less = [rule for rule, um in others.items() if um < constant_um and worse > LESS * um]
-    unfit = [rule for rule in less if worse > NOT_FIT[rule] * others[rule]]
+    few = FEW if held_out.in_stretches else 0.0
+    unfit = [rule for rule in less if worse > max(NOT_FIT[rule], few) * others[rule]]
     much = worse > LEAST_LEFT * std_um
     if not less and not (much and worse >= constant_um):
         return ()

@@ -43,7 +43,8 @@ class HeldOut:
     """What the method is worth on rows that it did not see: all of it, fitted anew without them."""
 
     what: Message
-    """Which rows: ``held_out-later_part`` of the same runs, or ``held_out-other_runs``."""
+    """Which rows: ``held_out-later_part`` of the same runs, ``held_out-other_runs``, or of few
+    measured rows one of the ``held_out-stretches`` after the other."""
     fit_percent: float | None
     """Fit of the free run; None where the displacement is constant there. [%]"""
     rmse_um: Mapping[str, float]
@@ -55,6 +56,11 @@ class HeldOut:
     before the rows; zero where another run is judged. [µm]"""
     starts: tuple[LogStart, ...]
     """How every run that judges began, by the evidence of `verify`."""
+
+    @property
+    def in_stretches(self) -> bool:
+        """Whether few measured rows, such as touches, were held out in stretches."""
+        return self.what.code == "held_out-stretches"
 
 
 @final

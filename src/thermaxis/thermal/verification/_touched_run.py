@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, final
 
 import numpy as np
@@ -40,7 +40,10 @@ class TouchPlan:
     every_s: float | None = None
     """The measured displacement is touched so often, at once again where a second touch is wanted;
     None where columns hold the touches. [s]"""
-    channels: Mapping[str, str]
+    first_s: float = 0.0
+    """Time after the first row from which on the intervals count; the first row is touched, too.
+    [s]"""
+    channels: Mapping[str, str] = field(default_factory=dict[str, str])
     """Column of touches by output: displacements, with the zero of the measured one."""
     noise_um: float = 1.0
     """Standard deviation of a touch; it is added to the measured displacement. [µm]"""
@@ -138,7 +141,7 @@ def touched_run(
     compensation = compensation_along(
         log, model, {output.name: own}, touches={output.name: rules}, **options
     )
-    due = _due(plan.every_s, log.time_s, ~np.isnan(touched_um))
+    due = _due(plan, log.time_s, ~np.isnan(touched_um))
     model_um, correction_um, held_um = (np.zeros(log.rows) for _ in range(3))
     held_um += level_um
     seen: list[_Seen] = []
@@ -183,12 +186,13 @@ def touched_run(
     )
 
 
-def _due(every_s: float | None, time_s: FloatArray, able: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _due(plan: TouchPlan, time_s: FloatArray, able: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the rows in which a touch is due: the first able one of every interval, or all."""
-    if every_s is None:
+    if plan.every_s is None:
         return able
     rows = np.flatnonzero(able)
-    interval = np.floor((time_s[rows] - time_s[0]) / every_s + _ROUNDING)
+    since_s = time_s[rows] - time_s[0] - plan.first_s
+    interval = np.floor(since_s / plan.every_s + _ROUNDING)
     due = np.zeros_like(able)
     due[rows[np.unique(interval, return_index=True)[1]]] = True
     return due

@@ -1,0 +1,104 @@
+"""A model from touches alone: what is held out, what is said of it, and how sure it is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.thermal_machines import log, machine
+from thermaxis.thermal import (
+    IdentifiedOutput,
+    Method,
+    ModalOptions,
+    Records,
+    ThermalLog,
+    identify,
+    parse_input,
+    records_of,
+    verify,
+)
+
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
+
+INPUTS = [parse_input(f"T_{name}_c-T_column_c") for name in ("spindle", "table")]
+QUICK = ModalOptions(intervals=False, time_constants_s=((400.0, 3000.0, 12000.0),) * 2)
+WRONG = {"warning-not_fit", "warning-explains_nothing", "warning-trained_badly"}
+EVERY = 12
+"""Rows of five minutes from touch to touch."""
+
+
+def touched(seed: int, hours: float = 48.0) -> ThermalLog:
+    """Return a log of the direct machine, touched each hour with a noise of a micrometre."""
+    columns = dict(log("direct", hours, seed, step_s=300.0).columns())
+    z, random = columns["Z_um"], np.random.default_rng(seed)
+    touches = np.full_like(z, np.nan)
+    touches[::EVERY] = z[::EVERY] + random.standard_normal(z[::EVERY].size)
+    return ThermalLog.from_columns({**columns, "Z_um": touches}, name="touches")
+
+
+def records(one: ThermalLog) -> Records:
+    return records_of([one], INPUTS, ["Z_um"])
+
+
+def said(output: IdentifiedOutput) -> set[str]:
+    return {warning.code for warning in output.warnings}
+
+
+def test_each_quarter_of_the_touches_is_judged_by_a_model_of_the_others() -> None:
+    whole = touched(1)
+    (found,) = identify(records(whole), method=Method.STATIC).outputs
+    assert found.held_out is not None
+    assert found.held_out.in_stretches
+    z = whole.columns["Z_um"]
+    rows = np.flatnonzero(~np.isnan(z))[1:]
+    squares: list[float] = []
+    for hidden in np.array_split(rows, 4):
+        kept = z.copy()
+        kept[hidden] = np.nan
+        part = records(replace(whole, columns={**whole.columns, "Z_um": kept}))
+        model = identify(part, method=Method.STATIC).to_compensation_model(part)
+        judge = (int(hidden[0]), int(hidden[-1]) + 1)
+        figures = verify(model, [whole], rows=judge).pooled["Z_um"]
+        squares.append(figures.rmse_um**2 * figures.rows)
+    rmse_um = np.sqrt(np.sum(squares) / rows.size)
+    assert found.held_out.rmse_um["model"] == pytest.approx(rmse_um, rel=1e-9)
+
+
+def test_a_good_model_of_few_touches_is_not_condemned_by_rules_that_fit_their_noise() -> None:
+    few = touched(2, hours=28.0)
+    random = np.random.default_rng(2)
+    walks = {f"T_{k}_c": 22.0 + np.cumsum(random.normal(0.0, 0.1, few.rows)) for k in range(16)}
+    log_of_many = replace(few, columns={**few.columns, **walks}, units={})
+    inputs = [*INPUTS, *(parse_input(name) for name in walks)]
+    made = records_of([log_of_many], inputs, ["Z_um"])
+    (found,) = identify(made, choose=True).outputs
+    left = found.training_rmse_um
+    assert left["model"] > 2.0 * left["averages"], "these rows would have condemned it"
+    assert not said(found) & WRONG
+
+
+def test_touches_that_follow_no_input_are_told_so() -> None:
+    one = touched(3)
+    z = one.columns["Z_um"]
+    noise = np.where(np.isnan(z), np.nan, np.random.default_rng(3).normal(0.0, 9.0, z.size))
+    other = replace(one, columns={**one.columns, "Z_um": noise})
+    (found,) = identify(records(other), modal_options=QUICK).outputs
+    assert found.held_out is not None
+    assert found.held_out.in_stretches
+    assert said(found) & {*WRONG, "warning-dc_gains_not_supported"}
+
+
+def test_too_few_touches_promise_nothing() -> None:
+    (found,) = identify(records(touched(4, hours=15.0)), modal_options=QUICK).outputs
+    assert found.held_out is None
+
+
+def test_dc_gains_from_touches_lie_within_their_intervals() -> None:
+    true = machine("direct").dc_gain
+    (found,) = identify(records(touched(0))).outputs
+    assert found.model is not None
+    assert found.posterior is not None
+    gains = np.array([part.dc_gain for part in found.model.parts])
+    assert np.all(np.abs(gains - true) < 3.0 * found.posterior.dc_std)
+    assert np.all(found.posterior.dc_std < 0.2 * true), "wider, it would say nothing"
+    assert not said(found) & WRONG
