@@ -32,6 +32,7 @@ from ._names import (
     PlcNames as PlcNames,
     remark_text as remark_text,
 )
+from ._plcopen import plcopen_xml as plcopen_xml
 from ._settings import (
     PlcSettings as PlcSettings,
     export_settings as export_settings,

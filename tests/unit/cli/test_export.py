@@ -24,7 +24,13 @@ from thermaxis.files import model_sha256, read_model, write_model
 from thermaxis.plc import vectors_of
 
 STATED = ("--limit", "280", "--rate", "0.5", "--plausible", "5:80")
-FILES = {"scl": {"scl"}, "st": {"st"}, "c": {"c", "h"}, "fmu": {"fmi2.fmu", "fmi3.fmu"}}
+FILES = {
+    "scl": {"scl"},
+    "st": {"st"},
+    "c": {"c", "h"},
+    "fmu": {"fmi2.fmu", "fmi3.fmu"},
+    "plcopen": {"xml"},
+}
 
 
 @pytest.fixture(autouse=True)
@@ -94,8 +100,9 @@ def test_a_dialect_gets_its_program_vectors_guide_and_report(
     said = capsys.readouterr().out
     found = contents(folder)
     ends = {*FILES[dialect], "vectors.csv", "guide.md", "report.json"}
-    library = {f"thermaxis_lib.{end}" for end in FILES[dialect] if dialect != "fmu"}
-    tested = {f"tx_lathe_selftest.{end}" for end in FILES[dialect] - {"c", "fmi2.fmu", "fmi3.fmu"}}
+    apart = FILES[dialect] - {"xml", "fmi2.fmu", "fmi3.fmu"}
+    library = {f"thermaxis_lib.{end}" for end in apart}
+    tested = {f"tx_lathe_selftest.{end}" for end in apart - {"c"}}
     assert set(found) == {f"tx_lathe.{end}" for end in ends} | library | tested
     report = json.loads(found.pop("tx_lathe.report.json"))
     assert report["files"] == {name: sha256(text).hexdigest() for name, text in found.items()}
@@ -105,7 +112,7 @@ def test_a_dialect_gets_its_program_vectors_guide_and_report(
     assert report["limits"]["Z_um"]["deadband_um"] == 0.5
     assert report["sensors"]["T_column_C"]["highest_c"] == 45.0
     # What is packed is not compressed, so that it is the same everywhere, and can be searched.
-    headed = {"c": "h", "fmu": "fmi3.fmu"}.get(dialect, dialect)
+    headed = {"c": "h", "fmu": "fmi3.fmu", "plcopen": "xml"}.get(dialect, dialect)
     head = found[f"tx_lathe.{headed}"].decode("latin-1")
     vectors_hash = sha256(found["tx_lathe.vectors.csv"]).hexdigest()
     assert vectors_hash in head

@@ -16,6 +16,7 @@ from thermaxis.plc import remark_text, setting_warnings
 from thermaxis.plc.guide import LARGEST_S7_300_BYTES, REPORT_ENDING, TEMPCOMP, instance_bytes
 
 _SCL = {"scl", TEMPCOMP}
+_ST = {"st", "plcopen"}
 
 
 @final
@@ -69,9 +70,9 @@ def _export_of(arguments: argparse.Namespace) -> Export:
         told.append(f"Test vectors: {stem}.vectors.csv, SHA-256")
         told.append(f"  {sha256(tested.text.encode('utf-8')).hexdigest()}")
     block = replace(block, remarks=tuple(told))
-    files = program_files(block, target)
-    if tested is not None and target.dialect != "fmu":
-        files |= program_files(plc.self_test_of(block), target)
+    # A unit has no self-test: no scan of a PLC calls it.
+    tests = tested is not None and target.dialect != "fmu"
+    files = program_files(block, target, plc.self_test_of(block) if tests else None)
     vectors, interlocks = f"{stem}.vectors.csv", exported.compensation.interlocks
     away = () if line is not None else exported.away
     facts = plc.GuideFacts(target, tuple(files), vectors, interlocks, line, away, exported.warnings)
@@ -105,31 +106,37 @@ def target_of(arguments: argparse.Namespace) -> tuple[plc.Target, bool]:
     flavour: str | None = arguments.flavour
     if dialect not in _SCL:
         refuse_foreign(arguments, "SCL", "--cpu")
-    if dialect != "st":
+    if dialect not in _ST:
         refuse_foreign(arguments, "ST", "--flavour")
     if dialect in _SCL:
         if cpu == "s7-300" and arguments.real == "64":
             raise ConfigurationError("no_lreal_in_cpu", place=Place(key="--real"))
         double = arguments.real != "32" if cpu != "s7-300" else False
         return plc.Target(dialect, cpu or ("s7-1500" if double else "s7-300")), double
-    variant = (flavour or "iec") if dialect == "st" else dialect
+    variant = (flavour or "iec") if dialect in _ST else dialect
     return plc.Target(dialect, "" if variant == "c" else variant), arguments.real != "32"
 
 
-def program_files(block: plc.Block | plc.SelfTest, target: plc.Target) -> dict[str, bytes]:
-    """Return library and block, or a self-test, as the files of a target."""
-    if target.dialect == "fmu" and isinstance(block, plc.Block):
+def program_files(
+    block: plc.Block, target: plc.Target, self_test: plc.SelfTest | None = None
+) -> dict[str, bytes]:
+    """Return library, block and self-test as the files of a target."""
+    if target.dialect == "fmu":
         return plc.fmu_files(block)
-    if target.dialect == "c":
-        texts = block.c()
-    elif target.dialect == "st":
-        texts = block.st(cast("plc.StFlavour", target.variant))
-    else:
-        cpu = cast("plc.SclCpu", target.variant)
-        texts = block.scl(cpu)
-        if target.dialect == TEMPCOMP and isinstance(block, plc.Block) and block.line is None:
-            double = block.settings.double
-            texts[f"{plc.SINUMERIK}.scl"] = plc.sinumerik_library(double=double, cpu=cpu)
+    flavour, cpu = cast("plc.StFlavour", target.variant), cast("plc.SclCpu", target.variant)
+    texts: dict[str, str] = {}
+    for part in (block, *([self_test] if self_test else [])):
+        if target.dialect == "c":
+            texts |= part.c()
+        elif target.dialect in _ST:
+            texts |= part.st("iec" if target.dialect == "plcopen" else flavour)
+        else:
+            texts |= part.scl(cpu)
+    if target.dialect == "plcopen":
+        texts = {f"{block.name}.xml": plc.plcopen_xml(texts.values(), block.name, flavour)}
+    if target.dialect == TEMPCOMP and block.line is None:
+        double = block.settings.double
+        texts[f"{plc.SINUMERIK}.scl"] = plc.sinumerik_library(double=double, cpu=cpu)
     return {name: text.encode("ascii") for name, text in texts.items()}
 
 

@@ -26,10 +26,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("models MODEL", "compensation model (JSON)", Path, nargs="+")
     add(
         "--dialect",
-        "scl: Siemens; st: IEC 61131-3; c: C99; fmu: co-simulation units of FMI 3.0 and 2.0 with"
-        " C sources; sinumerik-tempcomp: SCL for the temperature compensation of an axis, one"
-        " offset, or a straight line through models at positions",
-        choices=("scl", "st", "c", "fmu", "sinumerik-tempcomp"),
+        "scl: Siemens; st: IEC 61131-3; plcopen: the same as one XML file; c: C99; fmu:"
+        " co-simulation units of FMI 3.0 and 2.0 with C sources; sinumerik-tempcomp: SCL for the"
+        " temperature compensation of an axis, one offset, or a straight line through models at"
+        " positions",
+        choices=("scl", "st", "plcopen", "c", "fmu", "sinumerik-tempcomp"),
         required=True,
     )
     add(
@@ -56,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " s7-1500; s7-300 with --real 32)",
         choices=("s7-1500", "s7-300"),
     )
-    add("--flavour", "of ST (default: iec)", choices=("iec", "twincat", "codesys"))
+    add("--flavour", "of ST and PLCopen XML (default: iec)", choices=("iec", "twincat", "codesys"))
     add(
         "--name NAME",
         "of the block, behind tx_ (default: that of the model's file; with several models that"

@@ -37,6 +37,7 @@ NOT_CHECKED_BY_SIEMENS = (
 """What is not known of SCL."""
 _C = {"c", "fmu"}
 _SCL = {"scl", TEMPCOMP}
+_ST = {"st", "plcopen"}
 _EXPECTED = "expected outputs of the vectors: those of the cycle that runs on the computer"
 _RUN_C = "library and blocks of the same template run by gcc against the cycle, in tests"
 _RUN_ST = (
@@ -44,10 +45,11 @@ _RUN_ST = (
     " in tests"
 )
 _NOT_CHECKED = (
-    ("wiring, signs and limits on the machine", {"st", *_C, *_SCL}),
+    ("wiring, signs and limits on the machine", {*_ST, *_C, *_SCL}),
     (NOT_CHECKED_BY_SIEMENS, _SCL),
     ("every step in the control: setting data, their writing, their sign", {TEMPCOMP}),
-    ("acceptance by the compiler of a control", {"st"}),
+    ("acceptance by the compiler of a control", _ST),
+    ("import by any editor", {"plcopen"}),
     ("import by other tools than FMPy, and in real time", {"fmu"}),
     ("other compilers than gcc, and other processors than that of the tests", _C),
 )
@@ -69,9 +71,10 @@ class Target(NamedTuple):
     """Who gets the program."""
 
     dialect: str
-    """``scl``, ``st``, ``c``, ``fmu`` or ``sinumerik-tempcomp``."""
+    """``scl``, ``st``, ``plcopen``, ``c``, ``fmu`` or ``sinumerik-tempcomp``."""
     variant: str = ""
-    """``s7-1500`` or ``s7-300`` for SCL; ``iec``, ``twincat`` or ``codesys`` for ST; ``fmu``."""
+    """``s7-1500`` or ``s7-300`` for SCL; ``iec``, ``twincat`` or ``codesys`` for ST and
+    PLCopen; ``fmu``."""
 
 
 @final
