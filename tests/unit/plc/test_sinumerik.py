@@ -147,19 +147,20 @@ def test_the_axis_moves_against_k_so_that_the_tool_point_moves_by_the_correction
     assert (said["read_um"], said["errors"]) == (pytest.approx(-25.0, abs=1e-9), 0)
 
 
-@pytest.mark.parametrize("double", [True, False])
+@pytest.mark.parametrize(("double", "total_um"), [(True, 40.0), (False, -40.0)])
 def test_a_correction_is_reached_as_fast_as_its_steps_allow_and_never_beyond_its_total(
-    double: bool,
+    double: bool, total_um: float
 ) -> None:
     control = Control(double=double)
     beats = 0
-    while abs(control.offset_um - 40.0) > 1e-4:
+    while abs(control.offset_um - total_um) > 1e-4:
         for _ in range(8):
-            control.scan(**told(1e4, beats))
+            control.scan(**told(1e4 * total_um, beats))
         beats += 1
     assert beats == pytest.approx(40.0 / STEP_UM, abs=2)
     for k in range(80):
-        assert control.scan(**told(1e4, beats + k // 8))["read_um"] == pytest.approx(40.0, abs=1e-4)
+        said = control.scan(**told(1e4 * total_um, beats + k // 8))
+        assert said["read_um"] == pytest.approx(total_um, abs=1e-4)
 
 
 def test_a_block_that_is_called_too_often_is_followed_no_more_than_twice_a_cycle() -> None:
