@@ -125,7 +125,16 @@ def test_parts_of_two_outputs_have_names_of_their_own() -> None:
 
 
 def test_the_block_never_takes_a_name_that_the_program_needs() -> None:
-    for name in ["lag", "Sensor", "begin", "number", "Model state", "lag_step", "z_init"]:
+    for name in [
+        "lag",
+        "Sensor",
+        "begin",
+        "number",
+        "Model state",
+        "lag_step",
+        "z_init",
+        "nc_offset",
+    ]:
         with pytest.raises(ConfigurationError) as caught:
             names_of(a_model(("p", "t")), name)
         assert caught.value.place.key == "name"
