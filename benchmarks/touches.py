@@ -14,6 +14,7 @@ of the five channels, medians of the seeds; the drift of the offset is the defau
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,8 @@ def record() -> ThermalLog:
 def plan_of(minutes: float, noise_um: float, seed: int) -> TouchPlan:
     """Return the touches of a seed."""
     first_s = float(np.random.default_rng(seed).uniform(0.0, 60.0 * minutes))
-    return TouchPlan(every_s=60.0 * minutes, first_s=first_s, noise_um=noise_um, seed=seed)
+    plan = TouchPlan(every_s=60.0 * minutes, first_s=first_s, seed=seed)
+    return replace(plan, rules=replace(plan.rules, noise_um=noise_um))
 
 
 def touched(log: ThermalLog, plan: TouchPlan) -> ThermalLog:
@@ -58,7 +60,9 @@ def touched(log: ThermalLog, plan: TouchPlan) -> ThermalLog:
     rows = np.unique(interval, return_index=True)[1]
     columns = dict(log.columns)
     for number, name in enumerate(CHANNELS):
-        shown = np.random.default_rng((plan.seed, number)).normal(columns[name], plan.noise_um)
+        shown = np.random.default_rng((plan.seed, number)).normal(
+            columns[name], plan.rules.noise_um
+        )
         columns[name] = np.full(log.rows, np.nan)
         columns[name][rows] = shown[rows]
     return ThermalLog.from_columns(columns, sample_time_s=SAMPLE_TIME_S, name="touches")

@@ -91,6 +91,7 @@ def test_touches_that_follow_no_input_are_told_so() -> None:
 def test_too_few_touches_promise_nothing() -> None:
     (found,) = identify(records(touched(4, hours=15.0)), modal_options=QUICK).outputs
     assert found.held_out is None
+    assert not said(found) & WRONG, "nor do they condemn"
 
 
 def test_dc_gains_from_touches_lie_within_their_intervals() -> None:

@@ -1,17 +1,19 @@
 """What touches are worth along a log, against laws and a displacement that is known."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from thermaxis.compensation import CompensationModel, Limits, Output, Part, Section
+from thermaxis.compensation import CompensationModel, Limits, Output, Part, Section, TouchRules
 from thermaxis.thermal import MeasuredOutput, ThermalLog, TouchFigures, TouchPlan, verify
 
 MODEL = CompensationModel(
     outputs=(Output("Z_um", (Part("spindle", "T_C", "", 1.0, (Section(4.0, 1800.0),)),)),)
 )
-EXACT = TouchPlan(every_s=3600.0, noise_um=0.01)
+FINE = TouchRules(limits=Limits(1e4, 1e3), noise_um=0.01, acts=True)
+EXACT = TouchPlan(every_s=3600.0, rules=FINE)
 
 
 def warmed(offset_um: np.ndarray, **columns: np.ndarray) -> ThermalLog:
@@ -69,7 +71,7 @@ def test_touches_in_a_column_are_those_of_the_log_and_judge_what_was_known_befor
     probed = np.full(600, np.nan)
     probed[::60] = whole.column("Z_um")[::60]
     log = warmed(offset_um, probe_um=probed)
-    plan = TouchPlan(channels={"Z_um": "probe_um"}, noise_um=0.01)
+    plan = TouchPlan(channels={"Z_um": "probe_um"}, rules=FINE)
     found = touched(log, plan, rows=(60, 600))
     assert found.with_offset.mae_um == pytest.approx(0.02 * 30.5, abs=0.02)
     own = MeasuredOutput("probe_um", "Z_um")
@@ -99,7 +101,9 @@ def test_the_likeliest_drift_is_the_true_one_and_innovations_lie_where_they_shou
     time_s = 60.0 * np.arange(walk.size)
     values = {"T_C": np.full(walk.size, 20.0), "Z_um": walk}
     log = ThermalLog.from_columns({**values, "time_s": time_s}, sample_time_s=60.0, name="walk")
-    plan = TouchPlan(every_s=3600.0, noise_um=1.0, drift_um_per_root_h=1.5, seed=2)
+    plan = TouchPlan(
+        every_s=3600.0, rules=replace(FINE, noise_um=1.0, drift_um_per_root_h=1.5), seed=2
+    )
     found = touched(log, plan)
     assert found.likely_drift_um_per_root_h == pytest.approx(1.5, rel=0.2)
     assert found.within_two_sigma is not None

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from thermaxis import __version__, report, thermal
@@ -46,9 +47,10 @@ _EXPLAINED = (
     " very log. All in um."
 )
 
-_RULES = ("nothing", "probe_and_hold", "free_run", "with_offset")
-_RULE_WORDS = ("nothing", "probe and hold", "model alone", "model and offset")
-_TOUCH_DEFAULTS = {"touch_noise_um": 1.0, "touch_drift_um": 2.0, "tolerance_um": 5.0, "seed": 0}
+_RULES = {
+    "nothing": "nothing", "probe_and_hold": "probe and hold",
+    "free_run": "model alone", "with_offset": "model and offset",
+}  # fmt: skip
 _LIMITED = "With the correction within its limits, begun at rest as the machine begins"
 
 
@@ -183,15 +185,15 @@ def _touches(arguments: argparse.Namespace, outputs: list[str]) -> thermal.Touch
             raise ConfigurationError(
                 "unknown_name", place=place, name=name, known=", ".join(outputs)
             )
-    stated = {key: getattr(arguments, key) for key in _TOUCH_DEFAULTS}
-    stated = {key: _TOUCH_DEFAULTS[key] if v is None else v for key, v in stated.items()}
-    return thermal.TouchPlan(
-        every_s=arguments.touch_every,
-        channels=channels,
-        noise_um=stated["touch_noise_um"],
-        drift_um_per_root_h=stated["touch_drift_um"],
-        tolerance_um=stated["tolerance_um"],
-        seed=int(stated["seed"]),
+    plan = thermal.TouchPlan(every_s=arguments.touch_every, channels=channels)
+    rules = {
+        "noise_um": arguments.touch_noise_um, "drift_um_per_root_h": arguments.touch_drift_um,
+    }  # fmt: skip
+    others = {"tolerance_um": arguments.tolerance_um, "seed": arguments.seed}
+    return replace(
+        plan,
+        rules=replace(plan.rules, **{k: v for k, v in rules.items() if v is not None}),
+        **{k: v for k, v in others.items() if v is not None},
     )
 
 
@@ -300,20 +302,18 @@ def _touched(result: thermal.Verification) -> list[Part]:
     }
     if not found:
         return [Value("touches", None)]
-    errors: list[list[Value]] = []
-    for name, figures in found.items():
-        for rule, words in zip(_RULES, _RULE_WORDS, strict=True):
-            error: thermal.TouchError = getattr(figures, rule)
-            errors.append(
-                [
-                    Value("", name[:40], "output"),
-                    Value("", words, "corrected by"),
-                    Value("", error.mae_um, "MAE", ".2f"),
-                    Value("", error.rmse_um, "RMSE", ".2f"),
-                    Value("", error.max_um, "max", ".2f"),
-                    Value("", 100.0 * error.beyond_share, "beyond %", ".1f"),
-                ]
-            )
+    errors = [
+        [
+            Value("", name[:40], "output"),
+            Value("", words, "corrected by"),
+            Value("", (error := getattr(figures, rule)).mae_um, "MAE", ".2f"),
+            Value("", error.rmse_um, "RMSE", ".2f"),
+            Value("", error.max_um, "max", ".2f"),
+            Value("", 100.0 * error.beyond_share, "beyond %", ".1f"),
+        ]
+        for name, figures in found.items()
+        for rule, words in _RULES.items()
+    ]
     touches = [
         [
             Value("", name[:40], "output"),
@@ -331,7 +331,7 @@ def _touched(result: thermal.Verification) -> list[Part]:
     ]
     means = [
         f"{words} {sum(getattr(f, rule).mae_um for f in found.values()) / len(found):.2f}"
-        for rule, words in zip(_RULES, _RULE_WORDS, strict=True)
+        for rule, words in _RULES.items()
     ]
     return [
         Table("What touches of a probe are worth, um", errors, words=2),

@@ -330,13 +330,13 @@ def _trained_badly(
 ) -> tuple[Message, ...]:
     """Return a warning where averages explain the very rows better that a model is learnt from.
 
-    Of few rows averages explain the noise: there, what is held out has the word.
+    Of few rows averages explain the noise, and condemn nothing.
     """
     model_um, simple_um = left_um
     least_um = max(NOT_FIT[Method.AVERAGES] * simple_um, _drift_um(output))
     if method in SIMPLE or model_um < least_um:
         return ()
-    if held_out is not None and held_out.in_stretches:
+    if held_out is None or held_out.in_stretches:
         return ()
     drifts = any(remark.code.endswith("_drifts") for log in logs for remark in log.remarks)
     values = {"model_um": significant(model_um, 3), "simple_um": significant(simple_um, 3)}

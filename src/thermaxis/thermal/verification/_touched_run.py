@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, final
 
 import numpy as np
@@ -24,6 +24,7 @@ from thermaxis.thermal.log import ThermalLog
 from thermaxis.thermal.verification._limited_run import compensation_along, cycles_along
 
 _WIDE = Limits(LARGEST_LIMIT_UM, FASTEST_LIMIT_UM_PER_S)
+_RULES = TouchRules(limits=_WIDE, acts=True)
 _EVERYWHERE_K = 1e6
 _DRIFTS_UM = np.geomspace(0.05, 50.0, 61)
 """Drifts among which the likeliest is looked for. [µm/√h]"""
@@ -45,10 +46,9 @@ class TouchPlan:
     [s]"""
     channels: Mapping[str, str] = field(default_factory=dict[str, str])
     """Column of touches by output: displacements, with the zero of the measured one."""
-    noise_um: float = 1.0
-    """Standard deviation of a touch; it is added to the measured displacement. [µm]"""
-    drift_um_per_root_h: float = 2.0
-    """As of `TouchRules`. [µm/√h]"""
+    rules: TouchRules = _RULES
+    """How touches are believed, within the limits of the verification; the noise is added to the
+    measured displacement, too."""
     seed: int = 0
     """Where the noise begins."""
     tolerance_um: float = 5.0
@@ -134,9 +134,7 @@ def touched_run(
     touched_um, measured_um, level_um, counted = shown
     (output,) = model.outputs
     own = limits or _WIDE
-    rules = TouchRules(
-        limits=own, noise_um=plan.noise_um, drift_um_per_root_h=plan.drift_um_per_root_h, acts=True
-    )
+    rules = replace(plan.rules, limits=own)
     options = {} if limits else {"validity_margin_k": _EVERYWHERE_K}
     compensation = compensation_along(
         log, model, {output.name: own}, touches={output.name: rules}, **options
@@ -156,7 +154,7 @@ def touched_run(
         belief, std_um = state.offsets[0].belief, said.offset_std_um[0] or 0.0
         z_um = shown_um - said.weight[0] * said.model_um[0]
         r_um = z_um - (belief.offset_um if belief else 0.0)
-        sigma_um = math.hypot(std_um, plan.noise_um)
+        sigma_um = math.hypot(std_um, rules.noise_um)
         seen.append(_Seen(row, said.time_s, z_um, r_um / sigma_um))
         value_um = shown_um + said.correction_um[0]
         return (Touch(output.name, value_um, said.time_s, len(seen)),)

@@ -508,7 +508,7 @@ def _touched(
         touched = log.column(plan.channels[entry.output], unit="um") - zero_um
     else:
         number = [one.channel for one in asked.measured].index(entry.channel)
-        touched = np.random.default_rng((plan.seed, number)).normal(measured, plan.noise_um)
+        touched = np.random.default_rng((plan.seed, number)).normal(measured, plan.rules.noise_um)
     return touched_run(
         plan,
         replace(
