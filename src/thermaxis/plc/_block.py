@@ -9,9 +9,17 @@ from typing import Any, NamedTuple, TypeAlias, final
 
 from thermaxis import __version__
 from thermaxis.codes import Place
-from thermaxis.compensation import STATED, WITNESS_S, Part
+from thermaxis.compensation import (
+    STATED,
+    WITNESS_S,
+    Outcome,
+    Part,
+    Reason,
+    SampleQuality,
+    SupervisorState,
+)
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._interface import Interface, interface_of
+from thermaxis.plc._interface import NEVER_OUTCOMES, NEVER_QUALITIES, Interface, interface_of
 from thermaxis.plc._library import (
     LIBRARY,
     LIBRARY_VERSION,
@@ -199,6 +207,11 @@ class Block:
             "percent": round(100 * CYCLE_TOLERANCE),
             "restart": restart_warning(settings),
             "line": line,
+            "states": list(SupervisorState),
+            "reasons": list(Reason),
+            "outcomes": list(Outcome),
+            "qualities": list(SampleQuality),
+            "never": NEVER_OUTCOMES | NEVER_QUALITIES,
         }
         if line is not None:
             said["k0_mm"], said["slope"] = line_bounds(settings, line)

@@ -129,7 +129,7 @@ def test_a_dialect_gets_its_program_vectors_guide_and_report(
 def warned_everywhere(folder: Path, said: str) -> str:
     """Return what is warned of in the summary, and look for it in head, guide and report."""
     (program,) = (path for path in folder.glob("tx_*.st") if "_selftest" not in path.name)
-    head = program.read_text(encoding="ascii").partition("FUNCTION_BLOCK")[0]
+    head = program.read_text(encoding="ascii").partition("VAR_INPUT")[0]
     plain = " ".join(re.sub(r"[(*)]+", " ", head).split())
     guide = next(folder.glob("*.guide.md")).read_text(encoding="ascii")
     report = json.loads(next(folder.glob("*.report.json")).read_text(encoding="ascii"))
@@ -235,7 +235,7 @@ def test_a_model_that_counts_from_its_start_warns_everywhere_with_its_hours(tmp_
     said = capsys.readouterr().out
     report = json.loads((tmp_path / "plc" / "tx_w.report.json").read_text(encoding="ascii"))
     guide = (tmp_path / "plc" / "tx_w.guide.md").read_text(encoding="ascii")
-    head = (tmp_path / "plc" / "tx_w.st").read_text(encoding="ascii").partition("FUNCTION_BLOCK")[0]
+    head = (tmp_path / "plc" / "tx_w.st").read_text(encoding="ascii").partition("VAR_INPUT")[0]
     plain = " ".join(re.sub(r"[(*)]+", " ", head).split())
     for text in (said, guide, plain, " ".join(report["warnings"])):
         assert "about three of its slowest time constants, 10 h" in text
@@ -253,7 +253,7 @@ def test_stated_references_that_a_model_has_make_what_a_stated_model_makes(tmp_p
     run(states, *order, "-o", tmp_path / "two")
     one, two = contents(tmp_path / "one"), contents(tmp_path / "two")
     assert one["tx_x.vectors.csv"] == two["tx_x.vectors.csv"]
-    code = [files["tx_x.st"].partition(b"\nFUNCTION_BLOCK ")[2] for files in (one, two)]
+    code = [files["tx_x.st"].partition(b"\nVAR_INPUT\n")[2] for files in (one, two)]
     assert code[0] == code[1] != b""
     assert "changed: references: those that the model states" in said
     assert "slowest time constants" not in said
@@ -452,7 +452,7 @@ def test_models_at_positions_become_one_block_with_a_line(root, tmp_path, capsys
     assert report["variant"] == "s7-300"
     text = (folder / "tx_z.scl").read_text(encoding="ascii")
     assert "read_k0_mm" in text
-    head = " ".join(text.partition("FUNCTION_BLOCK")[0].replace("*)\n(*", "").split())
+    head = " ".join(text.partition("VAR_INPUT")[0].replace("*)\n(*", "").split())
     k0_mm, slope = re.findall(r"Largest K0 ([0-9.]+) mm, largest slope ([0-9.]+) mm/mm", head)[0]
     assert 0.0 < report["line"]["largest_slope"] <= float(slope)
     assert 0.0 < report["line"]["largest_k0_mm"] <= float(k0_mm)

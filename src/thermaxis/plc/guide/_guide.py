@@ -7,9 +7,8 @@ from functools import partial
 from typing import NamedTuple, final
 
 from thermaxis.codes import Message
-from thermaxis.compensation import LONGEST_REST, Outcome, Reason, SampleQuality, SupervisorState
+from thermaxis.compensation import LONGEST_REST
 from thermaxis.plc._block import Block
-from thermaxis.plc._interface import NEVER_OUTCOMES, NEVER_QUALITIES
 from thermaxis.plc._line import LineSettings, um_per_mm
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._numbers import figure, number_text, outward_text
@@ -101,11 +100,6 @@ def guide_text(settings: PlcSettings, block: Block, facts: GuideFacts) -> str:
         "control": line is not None or facts.away,
         "literal": partial(number_text, double=settings.double),
         "fb_of_instance": '"tx_nc_offset".' if facts.target.variant == "s7-300" else "",
-        "states": SupervisorState,
-        "reasons": Reason,
-        "outcomes": Outcome,
-        "qualities": SampleQuality,
-        "never": NEVER_OUTCOMES | NEVER_QUALITIES,
         "longest_rest": LONGEST_REST,
     }
     if line is not None:
