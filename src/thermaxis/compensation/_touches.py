@@ -20,8 +20,10 @@ second one, and two that agree are believed, the second by (4) with the first as
 
 Whether touches see the correction at all shows between two of them: what they should show has
 changed by D = (c + y)before - (c + y)now. Where they do, r is N(0, S); where they do not (another
-axis, a sign), it is about N(D, S) or further, and the evidence grows by the logarithm of the
-likelihood ratio, D (2 r - D) / (2 S) (Page 1954).
+axis) it is about N(D, S), and with the wrong sign N(2 D, S). So does a machine that drifts by D in
+that time: only touches that follow each other soon prove something. The evidence grows by the
+logarithm of the likelihood ratio, D (r - D/2) / (S + (ramp dt)^2), and never falls below zero (Page
+1954). That is why a touch that was confirmed wants another one when its offset has arrived.
 
 Standard library only; no clock, no exception. `cycle` does the rest.
 """
@@ -41,10 +43,10 @@ MOST_EXPECTED = 64
 is not used. [1]"""
 SMALLEST_NOISE_UM = 0.01
 """No touch is better than that. [µm]"""
-LARGEST_EVIDENCE = 5.0
+LARGEST_EVIDENCE = 7.5
 """One touch says no more for or against touches that see the correction. [1]"""
 TRIP_EVIDENCE = 15.0
-"""Evidence that touches do not see the correction from which on the offset is off: three touches
+"""Evidence that touches do not see the correction from which on the offset is off: two touches
 at least, and healthy ones reach it once in exp(15), three million, or less. [1]"""
 
 _HOUR_S = 3600.0
@@ -80,6 +82,9 @@ class TouchRules:
     gate: float = 3.0
     """A touch further from what is known, in standard deviations, asks for a second one. Default:
     three, one healthy touch in 370. [1]"""
+    ramp_um_per_h: float = 10.0
+    """Steady drift that proves nothing against the touches. Default: what a poor model loses in
+    an hour of warming. [µm/h]"""
     confirm_s: float = 600.0
     """Time within which a second touch confirms the first. Default: ten minutes. [s]"""
     acts: bool = False
@@ -90,6 +95,7 @@ class TouchRules:
         """Check the numbers."""
         for name in ("noise_um", "drift_um_per_root_h", "start_um", "gate"):
             require_range(name, getattr(self, name), SMALLEST_NOISE_UM, 1000.0)
+        require_range("ramp_um_per_h", self.ramp_um_per_h, 0.0, 1000.0)
         require_range("confirm_s", self.confirm_s, 0.0, 86_400.0)
 
 
@@ -114,7 +120,8 @@ class TouchOutcome(StrEnum):
     BELIEVED = "believed"
     """The offset was renewed by it."""
     CONFIRMED = "confirmed"
-    """It agrees with the one before, which was excluded: both are believed."""
+    """It agrees with the one before, which was excluded: both are believed, and another touch is
+    wanted when the offset has arrived."""
     EXCLUDED = "excluded"
     """What is known excludes it: nothing was changed, a second touch is wanted."""
     REPEATED = "repeated"
@@ -215,7 +222,9 @@ def touch_step(
     known = _known(rules, state.belief, touch.time_s)
     evidence = 0.0
     if state.belief is not None:
-        evidence = _evidence(rules, known, touched, state.expected_um - expected_um)
+        elapsed_h = (touch.time_s - state.belief.time_s) / _HOUR_S
+        d_um = state.expected_um - expected_um
+        evidence = _evidence(rules, known, touched, d_um, rules.ramp_um_per_h * elapsed_h)
     state = state._replace(
         touched_s=touch.time_s,
         number=touch.number,
@@ -256,12 +265,15 @@ def _agree(rules: TouchRules, known: Belief, touched: Belief) -> bool:
     return r * r <= rules.gate**2 * s
 
 
-def _evidence(rules: TouchRules, known: Belief, touched: Belief, d: float) -> float:
-    """Return what a touch says for touches that do not see the correction; D is in µm."""
+def _evidence(
+    rules: TouchRules, known: Belief, touched: Belief, d_um: float, ramp_um: float
+) -> float:
+    """Return what a touch says for touches that do not see the correction."""
     r, s = touched.offset_um - known.offset_um, known.variance_um2 + touched.variance_um2
-    if abs(r) > 2.0 * abs(d) + rules.gate * math.sqrt(s):
+    if abs(r) > 2.0 * abs(d_um) + rules.gate * math.sqrt(s):
         return 0.0  # nor does a wrong sign explain it
-    return min(max(d * (2.0 * r - d) / (2.0 * s), -LARGEST_EVIDENCE), LARGEST_EVIDENCE)
+    ratio = d_um * (r - 0.5 * d_um) / (s + ramp_um * ramp_um)
+    return min(max(ratio, -LARGEST_EVIDENCE), LARGEST_EVIDENCE)
 
 
 def offset_step(rules: TouchRules, state: OffsetState, elapsed_s: float) -> OffsetState:

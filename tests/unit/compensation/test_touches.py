@@ -14,8 +14,8 @@ from tests.unit.compensation.bench import Rig, lathe
 from thermaxis.compensation import (
     Limits,
     OffsetState,
-    Part,
     RequestKind,
+    SensorRules,
     Touch,
     TouchOutcome,
     TouchRules,
@@ -44,7 +44,8 @@ class Touched(Rig):
     """A rig whose machine has an offset that the model does not know, and a probe that sees it."""
 
     def __init__(self, rules: TouchRules = SLOW, **options: Any) -> None:
-        options = {"limits": Limits(20.0, 1.0), "part": Part("s", "s", "", 2.0)} | options
+        sensor = SensorRules(lowest_c=1.0, highest_c=60.0, step_k=50.0, frozen_s=0.0)
+        options = {"limits": Limits(20.0, 1.0), "sensor": sensor} | options
         super().__init__(lathe(touches={"Z_um": rules}, **options))
         self.offset_um = 4.0
         self.seen: Callable[[float, float], float] = lambda d_um, c_um: d_um + c_um
@@ -351,6 +352,36 @@ def test_touches_that_do_not_see_the_correction_end_at_zero_until_acknowledged(
     rig.step(RequestKind.ACKNOWLEDGE)
     rig.steps(5)
     assert rig.touch() is BELIEVED
+
+
+@pytest.mark.parametrize("um_per_h", [2.0, 10.0, -25.0])
+def test_a_machine_that_drifts_at_a_steady_rate_is_followed_as_far_as_the_limit(
+    um_per_h: float,
+) -> None:
+    rig = Touched(replace(SLOW, limits=Limits(18.0, 0.25)))
+    rig.offset_um = 0.0
+    for _ in range(20):
+        rig.offset_um += um_per_h
+        rig.step(seconds=900.0)
+        rig.steps(6, seconds=450.0)
+        assert rig.touch() in {BELIEVED, EXCLUDED}
+        if rig.state_um.suspect is not None:
+            assert rig.touch() is CONFIRMED
+        rig.steps(90)
+        assert not rig.state_um.off
+    assert rig.state_um.in_force_um == pytest.approx(math.copysign(18.0, -um_per_h))
+
+
+def test_a_wrong_sign_shows_in_touches_an_hour_apart() -> None:
+    rig = Touched(replace(SLOW, limits=Limits(18.0, 0.25)))
+    rig.seen = lambda d_um, c_um: -(d_um + c_um)
+    for _ in range(12):
+        rig.steps(8, seconds=450.0)
+        while rig.touch() in {EXCLUDED, CONFIRMED}:
+            rig.steps(90)
+        rig.steps(90)
+    assert rig.state_um.off
+    assert rig.state_um.in_force_um == 0.0
 
 
 def test_a_real_step_after_an_offset_is_believed() -> None:

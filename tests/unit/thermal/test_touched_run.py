@@ -47,7 +47,7 @@ def test_an_offset_is_gone_after_a_touch_and_a_second_one_where_it_is_large() ->
     found = touched(warmed(offset_um), EXACT, rows=(300, 600))
     assert found.free_run.mae_um == pytest.approx(30.0, abs=1e-9)
     assert found.with_offset.mae_um < 0.02
-    assert (found.touches, found.excluded) == (11, 1)
+    assert (found.touches, found.excluded) == (12, 1), "one more when the offset has arrived"
 
 
 def test_what_each_rule_leaves_is_what_it_is_called() -> None:
@@ -97,7 +97,7 @@ def test_limits_hold_for_model_and_offset_together() -> None:
 
 def test_the_likeliest_drift_is_the_true_one_and_innovations_lie_where_they_should() -> None:
     rng = np.random.default_rng(3)
-    walk = 1.5 * np.sqrt(1.0 / 60.0) * np.cumsum(rng.standard_normal(18_000))
+    walk = 1.5 * np.sqrt(1.0 / 60.0) * np.cumsum(rng.standard_normal(12_000))
     time_s = 60.0 * np.arange(walk.size)
     values = {"T_C": np.full(walk.size, 20.0), "Z_um": walk}
     log = ThermalLog.from_columns({**values, "time_s": time_s}, sample_time_s=60.0, name="walk")

@@ -319,6 +319,8 @@ def _touched(result: thermal.Verification) -> list[Part]:
             Value("", name[:40], "output"),
             Value("touches", f.touches, "touches"),
             Value("excluded", f.excluded, "excluded"),
+            Value("off", f.off),
+            Value("", "off" if f.off else "on", "offset"),
             Value("within_two_sigma", f.within_two_sigma, "in 2 sigma", ".2f"),
             Value("likely_drift_um_per_root_h", f.likely_drift_um_per_root_h, "drift um/√h", ".2f"),
             *(

@@ -25,6 +25,7 @@ from thermaxis.thermal.verification._limited_run import compensation_along, cycl
 
 _WIDE = Limits(LARGEST_LIMIT_UM, FASTEST_LIMIT_UM_PER_S)
 _RULES = TouchRules(limits=_WIDE, acts=True)
+_WANT_MORE = {TouchOutcome.EXCLUDED, TouchOutcome.CONFIRMED}
 _EVERYWHERE_K = 1e6
 _DRIFTS_UM = np.geomspace(0.05, 50.0, 61)
 """Drifts among which the likeliest is looked for. [µm/√h]"""
@@ -39,7 +40,7 @@ class TouchPlan:
     """When a log is touched, and how touches are believed."""
 
     every_s: float | None = None
-    """The measured displacement is touched so often, at once again where a second touch is wanted;
+    """The measured displacement is touched so often, at once again where another touch is wanted;
     None where columns hold the touches. [s]"""
     first_s: float = 0.0
     """Time after the first row from which on the intervals count; the first row is touched, too.
@@ -87,6 +88,8 @@ class TouchFigures:
     """Touches along the log. [1]"""
     excluded: int
     """Of them excluded by the gate. [1]"""
+    off: bool
+    """Whether touches did not see the correction, so that the offset was off at the end."""
     within_two_sigma: float | None
     """Share of the innovations in the rows that count within two standard deviations; None where
     there are none. [1]"""
@@ -143,10 +146,10 @@ def touched_run(
     model_um, correction_um, held_um = (np.zeros(log.rows) for _ in range(3))
     held_um += level_um
     seen: list[_Seen] = []
-    excluded = 0
+    excluded, off = 0, False
 
     def touching(row: int, state: CycleState, said: CycleOutput) -> tuple[Touch, ...]:
-        again = plan.every_s is not None and TouchOutcome.EXCLUDED in said.touch_outcomes
+        again = plan.every_s is not None and not _WANT_MORE.isdisjoint(said.touch_outcomes)
         shown_um = float(touched_um[row])
         if math.isnan(shown_um) or not (due[row] or again):
             return ()
@@ -163,6 +166,7 @@ def touched_run(
         compensation, log, diameter_mm=diameter_mm, reference_s=reference_s, touching=touching
     ):
         excluded += said.touch_outcomes.count(TouchOutcome.EXCLUDED)
+        off |= TouchOutcome.NO_EFFECT in said.touch_outcomes
         if row is not None:
             model_um[row], correction_um[row] = said.model_um[0], said.correction_um[0]
     left = (
@@ -179,6 +183,7 @@ def touched_run(
         *errors,
         touches=len(seen),
         excluded=excluded,
+        off=off,
         within_two_sigma=float(np.mean(judged)) if judged else None,
         likely_drift_um_per_root_h=_likely_drift(rules, before if len(before) >= _FEWEST else seen),
     )
