@@ -204,8 +204,9 @@ def _course(plant: SimulatedPlant) -> _Course:
     yield from _limits(plant)
     yield 0.0, {"other_compensation": True}
     yield 0.0, {"other_compensation": True, "reset": True}
-    yield 30.0 * cycle_s, {}
+    yield 0.0, {}
     yield 0.0, {"reset": True, "enable": False}
+    yield ready_s, {}
     yield from _for_longer(plant, rules.hold_operator_s, {"hold": True})
     yield from _for_longer(plant, rules.hold_connection_s, {"connected": False})
     lasting_s = max(rules.longest_trim_s, *(sensor.frozen_s for sensor in plant.sensors))
