@@ -9,12 +9,18 @@ of the five channels, medians of the seeds; the drift of the offset is the defau
 
     python benchmarks/touches.py                   rows 0 to 6668 learnt, 6669 to 8891 judged
     python benchmarks/touches.py splits            other rows of the same record
+    python benchmarks/touches.py frames            frames of printers, where each homing is a touch
     python benchmarks/touches.py hostile 1000000   so many hostile cycles with hostile touches
+
+A frame is homed three times each minute. The median is what is judged; touches are the first homing
+of a burst, as it came, every 10 or 30 minutes. The drift is the likeliest in what was learnt from.
 """
 
+import csv
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +29,7 @@ from fl_thermal import CANDIDATES, CHANNELS, RECORD, SAMPLE_TIME_S, SPLITS, colu
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from tests.unit.compensation.hostile_probe import HostileProbe, TouchLaws, touched_lathe
 from thermaxis.compensation import CompensationModel, cycle, cycle_state
+from thermaxis.errors import DataError
 from thermaxis.thermal import (
     Identification,
     ThermalLog,
@@ -33,6 +40,9 @@ from thermaxis.thermal import (
     verify,
 )
 
+FRAMES = RECORD.parents[1] / "frames"
+FRAME_INPUTS = ("frame_t", "chamber_t", "bed_t")
+STEP_UM = {"annex": 1.25, "voron": 2.5}
 SEEDS = 8
 RUN = 500
 RULES = ("nothing", "probe_and_hold", "free_run", "with_offset")
@@ -106,6 +116,63 @@ def compare(learn: Sequence[int], judge: tuple[int, int], minutes: Sequence[floa
             print(f"    asked at most{'':9}{asked}")
 
 
+def frame(path: Path) -> ThermalLog:
+    """Return a run: median of each burst of homings, and its first one."""
+    lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+    bursts: dict[str, list[dict[str, str]]] = {}
+    for row in csv.DictReader(lines):
+        bursts.setdefault(row["sample"], []).append(row)
+    steps = [np.array([float(row["mcu_pos_z"]) for row in b]) for b in bursts.values()]
+    step_um = STEP_UM[path.name[:5]]
+    z, first = step_um * np.array([(np.median(s), s[0]) for s in steps]).T
+    times = [
+        datetime.strptime(f"{b[0]['time']}+0000", "%Y/%m/%d-%H:%M:%S%z") for b in bursts.values()
+    ]
+    columns = {
+        name: np.array([np.mean([float(row[name]) for row in b]) for b in bursts.values()])
+        for name in FRAME_INPUTS
+    }
+    columns |= {"Z_um": z - z[0], "homed_um": first - z[0]}
+    time_s = np.array([(at - times[0]).total_seconds() for at in times])
+    return ThermalLog.from_columns(columns, time_s=time_s, name=path.stem[:16])
+
+
+def homed(log: ThermalLog, minutes: float, name: str) -> ThermalLog:
+    """Return a log with so rare homings in a column."""
+    rows = np.unique(np.floor(log.time_s / (60.0 * minutes) + 1e-9), return_index=True)[1]
+    touches = np.full(log.rows, np.nan)
+    touches[rows] = log.columns["homed_um"][rows]
+    return replace(log, columns={**log.columns, name: touches})
+
+
+def frames() -> None:
+    logs = [frame(path) for path in sorted(FRAMES.glob("*.csv"))]
+    inputs = [parse_input(name) for name in FRAME_INPUTS]
+    cases = [(log, log, log.rows // 2) for log in logs]
+    cases += [(logs[1], logs[2], 0), (logs[2], logs[1], 0)]
+    print("learnt -> judged                     every min  drift     hold free run   offset")
+    for learn, judge, half in cases:
+        for minutes in (10.0, 30.0):
+            label = f"{learn.name} -> {'its second half' if half else judge.name}"
+            part = homed(learn, minutes, "Z_um")
+            try:
+                records = records_of([part.span(0, half) if half else part], inputs, ["Z_um"])
+            except DataError as error:
+                print(f"{label:<36} {minutes:9g}  {error.message.code}")
+                continue
+            model = identify(records).to_compensation_model(records)
+            plan = TouchPlan(channels={"Z_um": "probe_um"})
+            plan = replace(plan, rules=replace(plan.rules, noise_um=2.0, start_um=20.0))
+            known = verify(model, [homed(learn, minutes, "probe_um")], touches=plan)
+            drift = known.logs[0].outputs[0].touched.likely_drift_um_per_root_h or 2.0
+            plan = replace(plan, rules=replace(plan.rules, drift_um_per_root_h=drift))
+            rows = (half, judge.rows) if half else None
+            found = verify(model, [homed(judge, minutes, "probe_um")], rows=rows, touches=plan)
+            touched = found.logs[0].outputs[0].touched
+            mae = "".join(f"{getattr(touched, rule).mae_um:9.2f}" for rule in RULES[1:])
+            print(f"{label:<36} {minutes:9g}  {drift:5.1f}{mae}{'  off' if touched.off else ''}")
+
+
 def hostile(cycles: int) -> None:
     outcomes: dict[str, int] = {}
     for seed in range(cycles // RUN):
@@ -124,6 +191,9 @@ def hostile(cycles: int) -> None:
 def main(words: Sequence[str]) -> None:
     if words[:1] == ["hostile"]:
         hostile(int(words[1]) if len(words) > 1 else 100_000)
+        return
+    if words[:1] == ["frames"]:
+        frames()
         return
     if words[:1] == ["splits"]:
         for learn, judge in SPLITS[1:4]:

@@ -16,7 +16,8 @@ so that z = m - (c + y) is the offset, touched. Between touches, and by a touch:
     K = P- / S                    b += K r    P = (1 - K) P-         where r^2 <= gate^2 S       (4)
 
 A touch beyond the gate changes nothing: a chip, another datum, another workpiece. It waits for a
-second one, and two that agree are believed, the second by (4) with the first as what was known.
+second one, and two that agree are believed, the second by (4) with the first as what was known. A
+third one in a row voids what was known.
 
 Whether touches see the correction at all shows between two of them: what they should show has
 changed by D = (c + y)before - (c + y)now. Where they do, r is N(0, S); where they do not (another
@@ -41,6 +42,9 @@ from thermaxis.errors import require_range
 MOST_EXPECTED = 64
 """Cycles back of which what a touch should show is remembered; a touch that comes later than that
 is not used. [1]"""
+MOST_EXCLUDED = 3
+"""So many touches in a row that are excluded, and none confirmed, void what was known: a model that
+runs away would else keep an old offset. [1]"""
 SMALLEST_NOISE_UM = 0.01
 """No touch is better than that. [µm]"""
 LARGEST_EVIDENCE = 7.5
@@ -123,7 +127,8 @@ class TouchOutcome(StrEnum):
     """It agrees with the one before, which was excluded: both are believed, and another touch is
     wanted when the offset has arrived."""
     EXCLUDED = "excluded"
-    """What is known excludes it: nothing was changed, a second touch is wanted."""
+    """What is known excludes it: a second touch is wanted. One changes nothing; the third in a row
+    voids what was known."""
     REPEATED = "repeated"
     """It is the last one again, or older than the last one."""
     UNTIMELY = "untimely"
@@ -155,6 +160,8 @@ class OffsetState(NamedTuple):
     """What is known; None before the first touch."""
     suspect: Belief | None = None
     """A touch that was excluded and waits for a second one."""
+    excluded: int = 0
+    """Touches in a row that were excluded. [1]"""
     in_force_um: float = 0.0
     """What is added to the correction, on its way to minus the offset. [µm]"""
     off: bool = False
@@ -234,20 +241,24 @@ def touch_step(
         return state.anew()._replace(off=True), TouchOutcome.NO_EFFECT
     outcome = TouchOutcome.BELIEVED
     if not _agree(rules, known, touched):
-        first = state.suspect
-        if first is None or touch.time_s - first.time_s > rules.confirm_s:
-            return state._replace(suspect=touched), TouchOutcome.EXCLUDED
+        first, outcome = state.suspect, TouchOutcome.CONFIRMED
+        soon = first is not None and touch.time_s - first.time_s <= rules.confirm_s
         known = _known(rules, first, touch.time_s)
-        if not _agree(rules, known, touched):
-            return state._replace(suspect=touched), TouchOutcome.EXCLUDED
-        outcome = TouchOutcome.CONFIRMED
+        if not soon or not _agree(rules, known, touched):
+            excluded = state.excluded + 1
+            belief = state.belief if excluded < MOST_EXCLUDED else None
+            return (
+                state._replace(belief=belief, suspect=touched, excluded=excluded),
+                TouchOutcome.EXCLUDED,
+            )
     gain = known.variance_um2 / (known.variance_um2 + touched.variance_um2)  # (4)
     belief = Belief(
         known.offset_um + gain * (touched.offset_um - known.offset_um),
         (1.0 - gain) * known.variance_um2,
         touch.time_s,
     )
-    return state._replace(belief=belief, suspect=None, expected_um=expected_um), outcome
+    state = state._replace(belief=belief, suspect=None, excluded=0, expected_um=expected_um)
+    return state, outcome
 
 
 def _known(rules: TouchRules, belief: Belief | None, time_s: float) -> Belief:

@@ -178,12 +178,29 @@ def test_a_second_touch_confirms_the_first_for_a_time(
     assert rig.touch() is expected
 
 
-def test_two_wild_touches_that_do_not_agree_move_nothing() -> None:
+def test_two_wild_touches_that_do_not_agree_move_nothing_and_a_third_voids_what_was_known() -> None:
     rig = Touched()
     rig.touch()
-    for wrong_um in (50.0, -40.0, 90.0, 35.0):
+    rig.steps(40)
+    before = rig.state_um
+    for wrong_um in (50.0, -40.0):
         assert rig.touch(wrong_um) is EXCLUDED
-    assert rig.state_um.belief.offset_um == pytest.approx(4.0 * 25.0 / 26.0)
+        assert rig.state_um.belief == before.belief
+        assert rig.state_um.in_force_um == before.in_force_um
+    assert rig.touch(90.0) is EXCLUDED
+    assert rig.state_um.belief is None
+    rig.steps(40)
+    assert rig.state_um.in_force_um == 0.0
+    assert rig.touch() is BELIEVED
+
+
+def test_excluded_touches_count_in_a_row_only() -> None:
+    rig = Touched()
+    rig.touch()
+    for _ in range(4):
+        for wrong_um in (50.0, -40.0):
+            assert rig.touch(wrong_um) is EXCLUDED
+        assert rig.touch() is BELIEVED
 
 
 # ---- what was in force ---------------------------------------------------------------------------
