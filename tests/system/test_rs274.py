@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.in_time import LONGEST_S
-from thermaxis.controls import ProgramRequest, check_options, control_by_name
+from thermaxis.controls import ProgramRequest, TouchRequest, check_options, control_by_name
 from thermaxis.files import plan_sha256
 from thermaxis.positioning import (
     BACKWARD,
@@ -40,7 +40,7 @@ OFFSETS = "G10 L2 P1 X50 Y-70 Z3\nG54\nG92 Y12.5\n"
 """Work offsets that are in force before the program starts; G53 must pass over all of them."""
 
 
-def canonical(program: str, folder: Path) -> list[str]:
+def canonical(program: str, folder: Path, *, aborted: str = "") -> list[str]:
     interpreter = shutil.which("rs274")
     assert interpreter is not None, (
         "rs274 is missing: it comes with LinuxCNC, apt-get install linuxcnc-uspace"
@@ -56,7 +56,8 @@ def canonical(program: str, folder: Path) -> list[str]:
         check=False,
     )
     lines = done.stdout.splitlines()
-    assert any("PROGRAM_END" in line for line in lines), done.stderr
+    assert any("PROGRAM_END" in line for line in lines) or aborted, done.stderr
+    assert aborted in done.stderr
     return lines
 
 
@@ -159,3 +160,21 @@ def test_spindle_and_coolant_run_on_until_the_end_which_stops_them_and_selects_g
     after = " ".join(names[last:])
     for name in ("STOP_SPINDLE_TURNING(0)", "FLOOD_OFF()", "SET_G5X_OFFSET(1, 0.0000"):
         assert name in after
+
+
+def test_a_touch_ends_before_it_moves_where_the_work_coordinates_are_rotated(
+    tmp_path: Path,
+) -> None:
+    """No probe answers here: with straight coordinates it ends after the search."""
+    control = control_by_name("linuxcnc")
+    words = {"axis": "Y", "surface_mm": 10.0, "start_mm": 15.0, "search_mm": 8.0}
+    options = check_options(control, (), purpose="touch")
+    touch = TouchRequest(**words, feed_mm_per_min=60.0, options=options)
+    for turned, reason, moves in (
+        (5, "the work coordinates are rotated", 0),
+        (0, "no touch within the search", 3),
+    ):
+        offset = f"G10 L2 P2 X3 Y-70 R{turned}\nG55\n"
+        lines = canonical(offset + control.format_touch(touch), tmp_path, aborted=reason)
+        assert sum("STRAIGHT_" in line for line in lines) == moves
+        assert any("STOP_SPINDLE" in line for line in lines)

@@ -1,4 +1,4 @@
-"""What every control offers: its NC program, and its compensation table written, read, simulated.
+"""What every control offers: its NC programs, and its compensation table written, read, simulated.
 
 A control is one module of this package with a constant ``CONTROL``, or a folder; a maker's folder
 may have several. Its name, with hyphens, is the name on the command line. Nothing else has to be
@@ -73,7 +73,7 @@ class ControlOption:
     choices: tuple[str, ...] = ()
     """Values that it can take; empty where any number or name can be."""
     only_for: str = ""
-    """``program`` or ``table`` where it serves one of them alone."""
+    """Which of ``program``, ``touch`` and ``table`` it serves, where not all of them."""
 
     @property
     def in_words(self) -> str:
@@ -121,6 +121,36 @@ class ProgramRequest:
     """Lowest and highest position that the axis may reach, None if not stated. [mm or deg]"""
     options: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     """The control's options, complete and checked by `check_options`."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TouchRequest:
+    """What a program is made of that touches a fixed artefact along one axis; machine positions."""
+
+    axis: str
+    """Name of the axis on the control."""
+    surface_mm: float
+    """Reading of the touch where the displacement counts as zero. [mm]"""
+    start_mm: float
+    """Where the search begins, and to which the axis retracts. [mm]"""
+    search_mm: float
+    """Longest way of the search, towards the surface. [mm]"""
+    feed_mm_per_min: float
+    """Feed of every move. [mm/min]"""
+    touches: int = 1
+    """Number of touches. [1]"""
+    pause_s: float = 0.0
+    """Pause between two touches. [s]"""
+    travel: tuple[float, float] | None = None
+    """Lowest and highest position that the axis may reach, None if not stated. [mm]"""
+    options: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    """The control's options, complete and checked by `check_options`."""
+
+    @property
+    def end_mm(self) -> float:
+        """Where the search ends at the latest. [mm]"""
+        return self.start_mm + math.copysign(self.search_mm, self.surface_mm - self.start_mm)
 
 
 @final
@@ -195,6 +225,16 @@ class Control(ABC):
         ------
         ConfigurationError
             If the control has no such axis, or a number does not fit its words.
+        """
+
+    @abstractmethod
+    def format_touch(self, request: TouchRequest) -> str:
+        """Return the NC program of a touch; errors as of `format_program`.
+
+        Each touch: to the start, towards the surface until the probe answers, back to the start.
+        It leaves the reading [mm], the displacement of the tool point, surface minus reading [µm],
+        and a counter, which moves last and only after a touch: where nothing is met the control
+        says so, and the program ends.
         """
 
     @abstractmethod
@@ -329,7 +369,7 @@ def check_options(control: Control, stated: Sequence[str], *, purpose: str) -> M
     stated : sequence of str
         Texts ``NAME=VALUE``.
     purpose : str
-        ``program`` or ``table``: options for the other alone are refused.
+        ``program``, ``touch`` or ``table``: options for others alone are refused.
 
     Returns
     -------
@@ -342,7 +382,7 @@ def check_options(control: Control, stated: Sequence[str], *, purpose: str) -> M
         If a text is no ``NAME=VALUE``, a name is unknown or stated twice, or a value is none of
         its choices.
     """
-    known = {o.name: o for o in control.options if o.only_for in {"", purpose}}
+    known = {o.name: o for o in control.options if not o.only_for or purpose in o.only_for.split()}
     chosen: dict[str, str] = {}
     for text in stated:
         name, _, value = text.partition("=")

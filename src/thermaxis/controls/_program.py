@@ -4,7 +4,7 @@ Turns are rounded so that the motion never becomes wider than planned.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -100,19 +100,26 @@ def check_motion(request: ProgramRequest, *, largest: float = math.inf) -> None:
                     most=LARGEST_REPETITIONS,
                     place=Place(key="cycles, --warm-up"),
                 )
-    if request.travel is None:
+    plan = request.plan
+    places = (plan.lowest, plan.highest, *positions)
+    check_travel(places, request.travel, plan.kind.units.position)
+
+
+def check_travel(places: Sequence[float], travel: tuple[float, float] | None, unit: str) -> None:
+    """Refuse motion beyond the stated travel."""
+    if travel is None:
         return
-    low, high = request.travel
-    if positions and not low <= min(positions) <= max(positions) <= high:
-        unit = request.plan.kind.units.position
+    (low, high), lowest, highest = travel, min(places), max(places)
+    if lowest < low or highest > high:
         raise ConfigurationError(
-            "beyond_travel",
-            lowest=min(positions),
-            highest=max(positions),
-            travel_from=low,
-            travel_to=high,
+            "program_beyond_travel",
+            place=Place(key="--travel"),
+            lowest=lowest,
+            highest=highest,
+            excess=max(low - lowest, highest - high),
+            low=low,
+            high=high,
             unit=unit,
-            place=Place(key="travel"),
         )
 
 
@@ -211,11 +218,15 @@ def _coordinate_lines(request: ProgramRequest, unit: str) -> list[str]:
         lines.append("positions are work coordinates of the offset that is active at the start")
     elif "coordinates" in request.options:
         lines.append("positions are machine coordinates")
-    if request.travel is None:
-        lines.append("WARNING travel of the axis was not stated and not checked")
-    else:
-        low, high = (plain_number(end, 3) for end in request.travel)
-        lines.append(f"travel {low} to {high} {unit} was checked by the author of the program")
-        if work:
-            lines.append("WARNING the check holds for a work offset of zero only")
+    lines.append(travel_line(request.travel, unit))
+    if work and request.travel is not None:
+        lines.append("WARNING the check holds for a work offset of zero only")
     return lines
+
+
+def travel_line(travel: tuple[float, float] | None, unit: str) -> str:
+    """Return what the head says of the check of the travel."""
+    if travel is None:
+        return "WARNING travel of the axis was not stated and not checked"
+    low, high = (plain_number(end, 3) for end in travel)
+    return f"travel {low} to {high} {unit} was checked by the author of the program"

@@ -1,4 +1,4 @@
-"""LinuxCNC: G-code of a plan, and the screw compensation table (COMP_FILE, types 0 and 1).
+"""LinuxCNC: G-code of plan and touch, and the screw compensation table (COMP_FILE, types 0 and 1).
 
 The table is a bare list of ``nominal forward reverse``: no head, no comment, no blank line, for
 the control stops reading at the first line that is no triplet and reports nothing.
@@ -26,6 +26,7 @@ from thermaxis.controls._control import (
     ReadTable,
     TableRequest,
     TableText,
+    TouchRequest,
     advice,
     axis_letter,
     check_points,
@@ -33,6 +34,7 @@ from thermaxis.controls._control import (
     finding,
     options_of,
     plain_number,
+    whole_option,
 )
 from thermaxis.controls._program import (
     MoveWords,
@@ -42,6 +44,7 @@ from thermaxis.controls._program import (
     head_lines,
     stop_time_s,
 )
+from thermaxis.controls._touch import NEAR_MM, touch_head
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.positioning import CompensationTable, FloatArray
 from thermaxis.quantities import AxisKind
@@ -59,6 +62,7 @@ NEAREST = 1e-9
 _INCH_MM = 25.4
 _LINEAR_AXES, _ROTARY_AXES = "XYZUVW", "ABC"
 _FIRST_LOOP = 100
+_OFFSET_AXES = "XYZABCUVW"  # in the order of #5061 and #5420
 _SIDES = ("forward", "reverse")
 
 # atomic: as sscanf, a number takes what it can and gives nothing back
@@ -118,6 +122,45 @@ class LinuxCnc(Control):
             loop = (f"o{number} repeat [{block.repetitions}]", f"o{number} endrepeat")
             lines += block_lines(block, words, loop)
         lines.append("M2")
+        return "".join(line + self.newline for line in lines)
+
+    def format_touch(self, request: TouchRequest) -> str:
+        """Return a subroutine that touches by ``G38.3``, and a program that calls it.
+
+        The search is incremental, and the reading is the way since the start: no offset matters.
+        ``M66`` keeps the interpreter from the rest until the axis has gone back. ``G38.3`` takes a
+        probe that is deflected before for a touch at the start [V].
+        """
+        axis = axis_letter(request.axis, _LINEAR_AXES)
+        pin = whole_option(request.options, "output", lowest=0, highest=62)
+        result = f"motion.analog-out-{pin:02d} value motion.analog-out-{pin + 1:02d} counter"
+        head = touch_head(request, self.title, result)
+        number, name = _OFFSET_AXES.index(axis), f"touch_{axis.lower()}"
+        start, counter = f"{request.start_mm:.3f}", f"#<_{name}_counter>"
+        refusal = "o{0} if [{1}]", "(ABORT, {2})", "o{0} endif"
+        turned = 101, "#[5210 + 20 * #5220] NE 0", "the work coordinates are rotated"
+        untouched = 103, "#<touched> EQ 0", "no touch within the search"
+        deflected = 104, f"ABS[#<way>] LT {NEAR_MM}", "the probe was deflected before"
+        lines = [
+            *(f"({line})" for line in head),
+            f"o<{name}> sub",
+            *("M73", "G21 G90 G94 G40 G80 G61.1", "M5 $-1", f"F{request.feed_mm_per_min:g}"),
+            *(line.format(*turned) for line in refusal),
+            *(f"o102 if [EXISTS[{counter}] EQ 0]", f"{counter} = 0", "o102 endif"),
+            f"G53 G1 {axis}{start}",
+            f"#<start> = #{5420 + number}",
+            *(f"G91 G38.3 {axis}{request.end_mm - request.start_mm:.3f}", "G90"),
+            *("#<touched> = #5070", f"#<way> = [#{5061 + number} - #<start>]"),
+            *(f"G53 G1 {axis}{start}", "M66 E0 L0"),
+            *(line.format(*case) for case in (untouched, deflected) for line in refusal),
+            f"#<_{name}_reading> = [{start} + #<way>]",
+            f"{counter} = [{counter} + 1]",
+            f"M68 E{pin} Q[1000 * [{request.surface_mm:.3f} - #<_{name}_reading>]]",
+            f"M68 E{pin + 1} Q{counter}",
+            *(f"o<{name}> endsub", f"o<{name}> call"),
+            f"o100 repeat [{request.touches - 1}]",
+            *(f"G4 P{request.pause_s:.3f}", f"o<{name}> call", "o100 endrepeat", "M2"),
+        ]
         return "".join(line + self.newline for line in lines)
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:

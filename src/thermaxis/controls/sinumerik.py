@@ -1,4 +1,4 @@
-"""SINUMERIK 840D sl: NC program of a plan, and the table of the encoder error compensation.
+"""SINUMERIK 840D sl: NC programs of plan and touch, and the table of the encoder compensation.
 
 The table, ``$AA_ENC_COMP``, has one value for both directions at equidistant points; the reversal
 is a machine data of its own, ``$MA_BACKLASH``.
@@ -27,6 +27,7 @@ from thermaxis.controls._control import (
     ReadTable,
     TableRequest,
     TableText,
+    TouchRequest,
     advice,
     check_points,
     comment_text,
@@ -48,12 +49,14 @@ from thermaxis.controls._program import (
     position_text,
     stop_time_s,
 )
+from thermaxis.controls._touch import touch_head
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.positioning import MOST_POINTS, CompensationTable
 from thermaxis.quantities import AxisKind
 
 ALARM = 65000
-"""Number of the user alarm that the program sets when it would leave the travel; from memory."""
+"""Number of the user alarm that a program sets when it would leave the travel; the next ones when a
+touch meets nothing, and when its probe is deflected before; from memory."""
 TURN_DEG = 360.0
 """What the table of a modulo axis spans. [deg]"""
 
@@ -115,7 +118,9 @@ class Sinumerik(Control):
         if any(block.repetitions > 1 for block in request.blocks):
             lines.append(f"DEF INT {_COUNTER}")
         if machine:
-            lines += _limit_lines(request, _machine_axis(request, axis))
+            places = [p for b in request.blocks for p in inward_positions(b, FINEST_DECIMALS)]
+            low, high = position_text(min(places)), position_text(max(places))
+            lines += _limit_lines(low, high, _machine_axis(request.options, axis))
         lines += ["G710 G90 G94 G40 D0", "TRAFOOF", "DIAMOF", "G60 G601"]
         lines.append(f"F{feed_word(plan)}")
         words = MoveWords(
@@ -129,6 +134,38 @@ class Sinumerik(Control):
         lines.append("M30")
         if machine:
             lines += ["THX_LIMIT:", f"SETAL({ALARM})", "M30"]
+        return "".join(line + self.newline for line in lines)
+
+    def format_touch(self, request: TouchRequest) -> str:
+        """Return the part program of a touch by ``MEAS``, which deletes the distance to go.
+
+        Software limits are asked as by `format_program`, and before each search whether the probe
+        is deflected already [M].
+        """
+        axis = _axis_name(request.axis)
+        r = whole_option(request.options, "result", lowest=0, highest=9997)
+        head = touch_head(request, self.title, f"R{r} value R{r + 1} counter R{r + 2} reading")
+        probe, start, end = request.options["probe"], request.start_mm, request.end_mm
+        low, high = (f"{place:.3f}" for place in sorted((start, end)))
+        to_start = (f"SUPA G1 {axis}={start:.3f}", "STOPRE")
+        lines = [
+            *(f"; {line}" for line in head),
+            f"DEF INT {_COUNTER}=0",
+            *_limit_lines(low, high, _machine_axis(request.options, axis)),
+            *("M5", "G710 G90 G94 G40 D0", "TRAFOOF", "DIAMOF", "G60 G601"),
+            *(f"F{request.feed_mm_per_min:g}", "GOTOF THX_FIRST"),
+            *("THX_AGAIN:", f"G4 F{request.pause_s:.3f}", "THX_FIRST:", *to_start),
+            f"IF ($A_PROBE[{probe}]<>0) GOTOF THX_DEFLECTED",
+            *(f"MEAS={probe} SUPA G1 {axis}={end:.3f}", "STOPRE", *to_start),
+            f"IF ($AC_MEA[{probe}]==0) GOTOF THX_NO_TOUCH",
+            f"R{r + 2}=$AA_MM[{axis}]",
+            f"R{r}=1000*({request.surface_mm:.3f}-R{r + 2})",
+            *(f"R{r + 1}=R{r + 1}+1", f"{_COUNTER}={_COUNTER}+1"),
+            f"IF ({_COUNTER}<{request.touches}) GOTOB THX_AGAIN",
+            *("M30", "THX_LIMIT:", f"SETAL({ALARM})"),
+            *("M30", "THX_NO_TOUCH:", f"SETAL({ALARM + 1})"),
+            *("M30", "THX_DEFLECTED:", f"SETAL({ALARM + 2})", "M30"),
+        ]
         return "".join(line + self.newline for line in lines)
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
@@ -241,9 +278,9 @@ def _axis_name(axis: str) -> str:
 # ---- program ------------------------------------------------------------------------------------
 
 
-def _machine_axis(request: ProgramRequest, axis: str) -> str:
+def _machine_axis(options: Mapping[str, str], axis: str) -> str:
     """Return the name that indexes machine data; moves are programmed by the channel axis [M]."""
-    stated = request.options.get("machine_axis", "axis")
+    stated = options.get("machine_axis", "axis")
     if stated == "axis":
         return axis
     name = stated.upper()
@@ -257,9 +294,7 @@ def _machine_axis(request: ProgramRequest, axis: str) -> str:
     return name
 
 
-def _limit_lines(request: ProgramRequest, axis: str) -> Iterator[str]:
-    places = [p for block in request.blocks for p in inward_positions(block, FINEST_DECIMALS)]
-    low, high = position_text(min(places)), position_text(max(places))
+def _limit_lines(low: str, high: str, axis: str) -> Iterator[str]:
     yield "; no motion if the software limits of the axis are nearer"
     yield f"IF ({low}<$MA_POS_LIMIT_MINUS[{axis}]) GOTOF THX_LIMIT"
     yield f"IF ({high}>$MA_POS_LIMIT_PLUS[{axis}]) GOTOF THX_LIMIT"

@@ -95,7 +95,13 @@ def main() -> None:
         time.sleep(SETTLE_S)  # the virtual axis reads on until the last servo period
     except (RefusedError, linuxcnc.error) as error:
         failure = str(error)
-    result = {"failure": failure, "said": operator.said, "user": os.getuid()}
+    operator.status.poll()
+    result = {
+        "failure": failure,
+        "said": operator.said,
+        "user": os.getuid(),
+        "outputs": operator.status.aout[:2],
+    }
     Path("result.json").write_text(json.dumps(result), encoding="ascii")
 
 

@@ -111,6 +111,8 @@ class Trace:
     """Messages for the operator."""
     user: int
     """Number of the user who ran LinuxCNC. [1]"""
+    outputs: tuple[float, ...]
+    """The first analog outputs at the end. [1]"""
     log: str
     """What LinuxCNC printed."""
 
@@ -122,6 +124,7 @@ def run_program(
     tables: Sequence[Table] = (),
     limit_s: float,
     heeds_messages: bool = True,
+    surface_mm: tuple[float, float] | None = None,
 ) -> Trace:
     """Run one NC program on a LinuxCNC of its own.
 
@@ -137,6 +140,9 @@ def run_program(
         Longest time of the program. [s]
     heeds_messages : bool
         Whether an error that the control reports ends the run. Default: it does.
+    surface_mm : (float, float), optional
+        Where a probe on the first joint answers, at this position and below, and by how much that
+        moves with each unit of the second analog output. Default: there is no probe. [mm]
 
     Returns
     -------
@@ -159,7 +165,7 @@ def run_program(
                 "limit_s": limit_s,
                 "heeds_messages": heeds_messages,
             }
-            prepare(folder, program, job, tables)
+            prepare(folder, program, job, tables, hal(surface_mm))
             start_and_wait(folder, limit_s, kept, logs)
             trace = read_trace(folder)
         finally:
@@ -223,7 +229,9 @@ def own_logs() -> set[Path]:
 # ---- the folder of one run ----------------------------------------------------------------------
 
 
-def prepare(folder: Path, program: str, job: dict[str, object], tables: Sequence[Table]) -> None:
+def prepare(
+    folder: Path, program: str, job: dict[str, object], tables: Sequence[Table], connections: str
+) -> None:
     """Write everything that LinuxCNC reads, for the user who will run it."""
     for name in ("virtual_axis.py", "display.py"):
         shutil.copy(FOLDER / name, folder / name)
@@ -232,7 +240,7 @@ def prepare(folder: Path, program: str, job: dict[str, object], tables: Sequence
         "job.json": json.dumps(job),
         "program.ngc": program,
         "machine.ini": ini(folder, tables),
-        "machine.hal": hal(),
+        "machine.hal": connections,
         "machine.nml": re.sub(r"TCP=\d+", "", NML.read_text(encoding="ascii")),
         "tool.tbl": "",
     }
@@ -267,9 +275,11 @@ def ini(folder: Path, tables: Sequence[Table]) -> str:
     return text
 
 
-def hal() -> str:
+def hal(surface_mm: tuple[float, float] | None) -> str:
     """Return the connections: every motor follows at once, the sampler sees every period."""
     lines = [HAL]
+    if surface_mm is not None:
+        lines.append(PROBE.format(*surface_mm))
     for joint in range(len(AXES)):
         sampled = " sampler.0.pin.2" if joint == 0 else ""
         command, feedback = f"joint.{joint}.motor-pos-cmd", f"joint.{joint}.motor-pos-fb"
@@ -345,6 +355,18 @@ net clocks motion.servo.last-period => sampler.0.pin.4
 net enable iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in
 net prepared iocontrol.0.tool-prepare => iocontrol.0.tool-prepared
 net changed iocontrol.0.tool-change => iocontrol.0.tool-changed
+"""
+PROBE = """\
+loadrt sum2
+loadrt comp
+addf sum2.0 servo-thread
+addf comp.0 servo-thread
+net touches motion.analog-out-01 => sum2.0.in0
+setp sum2.0.gain0 {1}
+setp sum2.0.offset {0}
+net surface sum2.0.out => comp.0.in1
+net position => comp.0.in0
+net touched comp.0.out => motion.probe-input
 """
 
 
@@ -466,6 +488,7 @@ def read_trace(folder: Path) -> Trace:
         axis=rows[:, -1],
         said=tuple(result["said"]),
         user=result["user"],
+        outputs=tuple(result["outputs"]),
         log=tail(folder),
         **value,
     )

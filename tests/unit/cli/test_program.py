@@ -139,3 +139,54 @@ def test_the_title_of_a_plan_reaches_no_program_as_code(plan, tmp_path):
         text = output.read_text(encoding="ascii")
         assert "x)" not in text.lower()
         assert re.search(r"^[^(;]*Z-100", text, re.MULTILINE) is None
+
+
+TOUCH = {"--touch": "10", "--from": "15", "--search": "8", "--feed": "60", "--axis": "Z"}
+
+
+def touch_words(output: Path, **changes: str | None) -> list[str]:
+    options = {"--control": "linuxcnc"} | TOUCH
+    options |= {f"--{name.replace('_', '-')}": value for name, value in changes.items()}
+    stated = [f"{name}={value}" for name, value in options.items() if value is not None]
+    return ["program", "-o", str(output), *stated]
+
+
+@pytest.mark.parametrize("name", control_names())
+def test_a_touch_needs_no_plan_and_may_be_made_every_n_minutes(name, tmp_path, capsys):
+    output = tmp_path / "touch.nc"
+    asked = touch_words(output, control=name, touch="9.5")
+    assert main([*asked, "--times", "4", "--every", "30min", "--travel", "7:15"]) == 0
+    printed = capsys.readouterr().out
+    assert "axis Z from 15 to 7 mm at most" in printed
+    assert "warning" not in printed
+    text = output.read_text(encoding="ascii")
+    assert "1800" in text
+    assert "9.500" in text
+    assert main(asked) == 0
+    assert "warning: the travel was not stated" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("changes", "code"),
+    [
+        *(({name: None}, "option_needs") for name in ("axis", "from", "search", "feed")),
+        *(({"times": "3"}, "option_needs"), ({"every": "30min"}, "option_needs")),
+        ({"touch": None}, "either_option"),
+        ({"warm_up": "2"}, "options_exclude"),
+        ({"travel": "7.001:20"}, "program_beyond_travel"),
+        ({"set": "type=1"}, "unknown_control_option"),
+    ],
+)
+def test_a_touch_that_is_not_whole_is_refused_and_nothing_is_written(changes, code, tmp_path):
+    output = tmp_path / "touch.nc"
+    assert code_of(*touch_words(output, **changes)) == code
+    assert not output.exists()
+
+
+def test_a_plan_has_no_options_of_a_touch(plan, tmp_path):
+    for words_of_touch, code in (
+        (("--touch", "10"), "either_option"),
+        (("--feed", "60"), "option_needs"),
+        (("--every", "1min"), "option_needs"),
+    ):
+        assert code_of(*words(plan, tmp_path / "a.ngc", *words_of_touch)) == code

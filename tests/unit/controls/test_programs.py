@@ -181,5 +181,5 @@ def test_no_control_writes_a_feed_an_overrun_or_a_way_that_is_lost_or_too_large(
             with refused("overrun_too_short"):
                 program_of(control, plan_of(cycle=cycle, overrun=overrun))
     for travel in ((0.0, 200.0), (-10.0, 90.0)):
-        with refused("beyond_travel", Place(key="travel")):
+        with refused("program_beyond_travel", Place(key="--travel")):
             program_of(control, plan_of(), travel=travel)

@@ -1,7 +1,9 @@
 """Write the NC program of a plan: every target approached from its side, a dwell at each stop.
 
-Cycles are a loop or subprogram of the control. State the travel of the axis with --travel: a
-program that leaves it is refused. Nothing is sent to a machine; prove the program before it runs.
+Cycles are a loop or subprogram of the control. With --touch the program touches a fixed artefact
+along one axis, and leaves displacement and counter on the control. State the travel of the axis
+with --travel: a program that leaves it is refused. Nothing is sent to a machine; prove the program
+before it runs.
 
 Not protected: the motion is compared with the travel that is stated and with nothing else; what
 stands in its way, and whether the axis is referenced, is not known.
@@ -11,17 +13,34 @@ import argparse
 import re
 from collections.abc import Iterator
 
-from thermaxis.cli._arguments import adder, count, position
+from thermaxis.cli._arguments import (
+    adder,
+    count,
+    position,
+    positive_seconds,
+    refuse_alone,
+    refuse_both,
+)
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs, check_table_name, write_ascii
 from thermaxis.cli.axis.tables.control import add_control, axis_name
 from thermaxis.codes import Place
-from thermaxis.controls import Control, ProgramRequest, check_options, comment_text, control_by_name
+from thermaxis.controls import (
+    Control,
+    ProgramRequest,
+    TouchRequest,
+    check_options,
+    comment_text,
+    control_by_name,
+)
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import plan_sha256, read_plan
-from thermaxis.positioning import FORWARD, MoveBlock, TestPlan, motion_duration_s, moves_of_plan
+from thermaxis.positioning import FORWARD, motion_duration_s, moves_of_plan
 from thermaxis.report.tables import Part, Section, Value
 
+_BEFORE_A_TOUCH = """\
+Before it runs: the other axes stand in front of the artefact, the way to the start is free, the \
+probe answers when it is touched by hand; prove it with reduced feed."""
 _NEGATIVE_WORD = re.compile(r"-\.?\d.*", re.DOTALL)
 
 
@@ -40,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     # argparse takes -10:510 for an option unless it counts as a negative number
     parser._negative_number_matcher = _NEGATIVE_WORD  # noqa: SLF001 - see above
     add = adder(parser)
-    add("plan PLAN", "plan that thermaxis plan -o has written (JSON)")
+    add("plan PLAN", "plan that thermaxis plan -o has written (JSON); none with --touch", nargs="?")
     add_control(parser)
     add("-o, --output FILE", "the NC program", required=True)
     add(
@@ -59,20 +78,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--warm-up N",
         "travels from end to end and back before the first stop (default: 0)",
         count("number of travels", 0),
-        default=0,
     )
+    add("--touch P", "machine position of a touch while the displacement is zero", position)
+    add("--from P", "machine position where a touch begins to search and ends", position)
+    add("--search MM", "longest way of the search from there, 1 to 100 mm", position)
+    add("--feed F", "feed of all moves of a touch, 1 to 2000 mm/min", position)
+    add("--times N", "number of touches (default: 1)", count("number of touches", 2))
+    add("--every TIME", "pause between two touches, such as 30min", positive_seconds)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the program, and say what the operator must know."""
     check_table_name(arguments.output)
-    check_outputs([("-o", arguments.output)], [arguments.plan])
+    if (arguments.plan is None) == (arguments.touch is None):
+        place = Place(key="--touch")
+        raise ConfigurationError("either_option", one="PLAN", other="--touch", place=place)
+    check_outputs([("-o", arguments.output)], [arguments.plan] if arguments.plan else [])
     control = control_by_name(arguments.control)
+    refuse_alone(arguments, "--touch", "--from", "--search", "--feed", "--every", "--times")
+    if arguments.touch is not None:
+        return _touch(arguments, control)
     options = check_options(control, arguments.set, purpose="program")
     plan = read_plan(arguments.plan)
-    blocks = moves_of_plan(plan, warm_up=arguments.warm_up)
-    if arguments.travel is not None:
-        _check_travel(plan, blocks, arguments.travel)
+    blocks = moves_of_plan(plan, warm_up=arguments.warm_up or 0)
     request = ProgramRequest(
         plan=plan,
         plan_sha256=plan_sha256(plan),
@@ -86,24 +114,30 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _check_travel(
-    plan: TestPlan, blocks: tuple[MoveBlock, ...], travel: tuple[float, float]
-) -> None:
-    """Refuse a program whose axis would leave its travel: by the plan, and by every move."""
-    places = [move.position for block in blocks for move in block.moves]
-    lowest, highest = min(plan.lowest, *places), max(plan.highest, *places)
-    if lowest < travel[0] or highest > travel[1]:
-        raise ConfigurationError(
-            "program_beyond_travel",
-            place=Place(key="--travel"),
-            lowest=lowest,
-            highest=highest,
-            excess=max(travel[0] - lowest, highest - travel[1]),
-            low=travel[0],
-            high=travel[1],
-            unit=plan.kind.units.position,
-            overrun=plan.overrun,
-        )
+def _touch(arguments: argparse.Namespace, control: Control) -> int:
+    """Write the program of a touch."""
+    for needed in ("--axis", "--from", "--search", "--feed"):
+        refuse_alone(arguments, needed, "--touch")
+    refuse_both(arguments, "--warm-up", "--touch")
+    refuse_alone(arguments, "--times", "--every")
+    refuse_alone(arguments, "--every", "--times")
+    request = TouchRequest(
+        axis=axis_name(arguments.axis),
+        surface_mm=arguments.touch,
+        start_mm=getattr(arguments, "from"),
+        search_mm=arguments.search,
+        feed_mm_per_min=arguments.feed,
+        touches=arguments.times or 1,
+        pause_s=arguments.every or 0.0,
+        travel=arguments.travel,
+        options=check_options(control, arguments.set, purpose="touch"),
+    )
+    write_ascii(arguments.output, control.format_touch(request))
+    way = f"axis {request.axis} from {request.start_mm:g} to {request.end_mm:g} mm at most"
+    said = [f"{arguments.output}: touch program for {control.title}, {way}", _BEFORE_A_TOUCH]
+    warnings = [] if arguments.travel else ["the travel was not stated, and nothing was checked"]
+    show([Section("", said), Value("", warnings, "warning")], None)
+    return 0
 
 
 def _described(

@@ -1,4 +1,4 @@
-"""Fanuc: NC program of a plan for milling machines, and the stored pitch error compensation.
+"""Fanuc: NC programs of plan and touch for milling machines, and stored pitch error compensation.
 
 The table is a parameter file: the parameters 3620 to 3627 of the axis and one value for each
 section of the grid, an increment of the correction seen from the negative side.
@@ -25,6 +25,7 @@ from thermaxis.controls._control import (
     ReadTable,
     TableRequest,
     TableText,
+    TouchRequest,
     advice,
     axis_letter,
     check_points,
@@ -42,6 +43,7 @@ from thermaxis.controls._program import (
     move_lines,
     stop_time_s,
 )
+from thermaxis.controls._touch import NEAR_MM, touch_head
 from thermaxis.controls.fanuc._points import (
     AXIS_LETTERS,
     FIRST_POINT,
@@ -52,6 +54,7 @@ from thermaxis.controls.fanuc._points import (
     PointValues,
     point_options,
     point_values,
+    whole_or_none,
 )
 from thermaxis.controls.fanuc._reading import table_from_parameters
 from thermaxis.errors import ConfigurationError
@@ -128,6 +131,43 @@ class Fanuc(Control):
         main += ["G64", "M30"]
         return "".join(f"{line}\n" for line in ("%", *main, *after, "%"))
 
+    def format_touch(self, request: TouchRequest) -> str:
+        """Return a macro that touches by ``G31``, the skip function, and a program that calls it.
+
+        Moves are incremental, from the machine position that the control has to the next, so that
+        no offset matters; ``G53`` alone ends a move before its macro statements [S]. A skip
+        position at an end of the search is no touch.
+        """
+        axis = axis_letter(request.axis, AXIS_LETTERS)
+        number = whole_or_none(request.options, "axis_number", 1, 32) or _usual_number(axis)
+        program = whole_option(
+            request.options, "program_number", lowest=1, highest=HIGHEST_PROGRAM - 1
+        )
+        v = whole_option(request.options, "result", lowest=100, highest=997)
+        result = f"variables {v} value {v + 1} counter {v + 2} reading"
+        head = touch_head(request, comment_text(self.title), result)
+        start, end, feed = request.start_mm, request.end_mm, f"F{request.feed_mm_per_min:g}"
+        machine, work, skip = (f"#{first + number}" for first in (5020, 5040, 5060))
+        to_start = (f"G1 {axis}[{start:.3f}-{machine}] {feed}", "G53")
+        call, pause = f"G65 P{program + 1:04d}", f"G04 P{int(np.ceil(1000.0 * request.pause_s))}"
+        lines = [
+            *("%", f"O{program:04d} (TOUCH)", *_comments(head), call, "#1=1"),
+            *(f"WHILE[#1LT{request.touches}]DO1", pause, call, "#1=#1+1", "END1", "M30"),
+            f"O{program + 1:04d} (TOUCH ONCE)",
+            *("M05", "G21", "G91 G94 G40 G80", "G61", "G53", *to_start),
+            f"IF[ABS[{machine}{-start:+.3f}]GT{NEAR_MM}]GOTO83",
+            *(f"#1={work}", f"G31 {axis}{end - start:.3f} {feed}", "G53"),
+            *(f"#2={start:.3f}+{skip}-#1", *to_start),
+            f"IF[ABS[#2{-end:+.3f}]LT{NEAR_MM}]GOTO81",
+            f"IF[ABS[#2{-start:+.3f}]LT{NEAR_MM}]GOTO82",
+            *(f"#{v + 2}=#2", f"#{v}=1000*[{request.surface_mm:.3f}-#2]"),
+            *(f"#{v + 1}=#{v + 1}+1", "G90 G64", "M99"),
+            "N81 #3000=81(NO TOUCH)",
+            "N82 #3000=82(PROBE WAS DEFLECTED)",
+            *("N83 #3000=83(AXIS IS NOT AT START)", "%"),
+        ]
+        return "".join(f"{line}\n" for line in lines)
+
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
         """Return the rule: equidistant points, one of them at the reference position."""
         chosen = point_options(kind, options)
@@ -148,7 +188,7 @@ class Fanuc(Control):
         chosen = point_options(table.kind, request.options)
         check_points(table, self.grid_rule(table.kind, request.options), self.title)
         letter = axis_letter(table.axis, AXIS_LETTERS)
-        number = chosen.axis_number or min(AXIS_LETTERS.index(letter) + 1, 4)
+        number = chosen.axis_number or _usual_number(letter)
         points = point_values(table, chosen, number)
         if not chosen.comments and chosen.reference is None and points.reference != 0:
             raise ConfigurationError(
@@ -184,6 +224,10 @@ class Fanuc(Control):
 
 CONTROL = Fanuc()
 """The control."""
+
+
+def _usual_number(letter: str) -> int:
+    return min(AXIS_LETTERS.index(letter) + 1, 4)
 
 
 # ---- program ------------------------------------------------------------------------------------

@@ -84,13 +84,13 @@ def point_options(kind: AxisKind, options: Mapping[str, str]) -> PointOptions:
     count = number_option(options, "detection_unit", lowest=0.001, highest=100.0)
     highest = whole_option(options, "highest_point", lowest=1, highest=9999)
     return PointOptions(
-        axis_number=_whole_or_none(options, "axis_number", 1, 32),
+        axis_number=whole_or_none(options, "axis_number", 1, 32),
         unit=count * kind.units.deviations_per_position * STATION,
-        magnification=_whole_or_none(options, "magnification", 1, LARGEST_MAGNIFICATION),
+        magnification=whole_or_none(options, "magnification", 1, LARGEST_MAGNIFICATION),
         largest=whole_option(options, "largest_value", lowest=1, highest=127),
         most=whole_option(options, "max_points", lowest=2, highest=10_000),
         highest=highest,
-        reference_point=_whole_or_none(options, "reference_point", 0, highest),
+        reference_point=whole_or_none(options, "reference_point", 0, highest),
         reference=reference,
         bidirectional=options["bidirectional"] == "1",
         returns_positive=options["return_direction"] == "positive",
@@ -99,7 +99,7 @@ def point_options(kind: AxisKind, options: Mapping[str, str]) -> PointOptions:
     )
 
 
-def _whole_or_none(options: Mapping[str, str], name: str, lowest: int, highest: int) -> int | None:
+def whole_or_none(options: Mapping[str, str], name: str, lowest: int, highest: int) -> int | None:
     if options[name] == "auto":
         return None
     return whole_option(options, name, lowest=lowest, highest=highest)

@@ -12,13 +12,18 @@ from thermaxis.controls._control import (
     Control,
     ProgramRequest,
     TableText,
+    TouchRequest,
     advice,
     finding,
     number_in_table,
     plain_number,
     text_lines,
 )
-from thermaxis.controls.heidenhain._klartext import PROGRAM_OPTIONS, klartext_program
+from thermaxis.controls.heidenhain._klartext import (
+    PROGRAM_OPTIONS,
+    klartext_program,
+    klartext_touch,
+)
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.positioning import CompensationTable
 from thermaxis.quantities import AxisKind
@@ -93,6 +98,10 @@ class HeidenhainControl(Control):
     def format_program(self, request: ProgramRequest) -> str:
         """Return the Klartext program of a plan, see `klartext_program`."""
         return klartext_program(request, self.title)
+
+    def format_touch(self, request: TouchRequest) -> str:
+        """Return the Klartext program of a touch, see `klartext_touch`."""
+        return klartext_touch(request, self.title)
 
     def written(
         self, lines: Iterable[str], table: CompensationTable, name: str, *own: Message

@@ -1,10 +1,17 @@
-"""The NC program of a plan in HEIDENHAIN Klartext, the same for both generations of the control."""
+"""NC programs of plan and touch in HEIDENHAIN Klartext, the same for both generations."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from thermaxis.codes import Place
-from thermaxis.controls._control import ProgramRequest, axis_letter, options_of, plain_number
+from thermaxis.controls._control import (
+    ProgramRequest,
+    TouchRequest,
+    axis_letter,
+    options_of,
+    plain_number,
+    whole_option,
+)
 from thermaxis.controls._program import (
     MoveWords,
     block_lines,
@@ -14,6 +21,7 @@ from thermaxis.controls._program import (
     head_lines,
     stop_time_s,
 )
+from thermaxis.controls._touch import touch_head
 from thermaxis.errors import ConfigurationError
 from thermaxis.quantities import AxisKind
 
@@ -34,6 +42,8 @@ PROGRAM_OPTIONS = options_of("heidenhain")
 """Options of the NC program."""
 
 _FEED_DECIMALS = 3
+_NO_TOUCH = 100  # error of FN 14; from memory that 0 to 299 are free
+_UNTOUCHED = "+99999"  # no position: shows whether the cycle has written one
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,15}")
 
 
@@ -51,13 +61,51 @@ def klartext_program(request: ProgramRequest, title: str) -> str:
     check_motion(request, largest=LARGEST_POSITION)
     check_dwell(request.plan, LONGEST_DWELL_S, "cycle 9")
     axis = klartext_axis(request.axis)
-    name = request.options["program_name"]
+    return _numbered(request.options, [*_head(request, title), *_blocks(request, axis), "M30"])
+
+
+def klartext_touch(request: TouchRequest, title: str) -> str:
+    """Return the Klartext program of a touch by cycle 4, measuring in 3-D [M].
+
+    The cycle states way and feed itself and gives the position from the machine datum; its fourth
+    result is -1 without a touch [M]. There is no ``M30``, so that a part program may call it [M].
+    """
+    axis, feed = axis_letter(request.axis, "XYZ"), f"F{request.feed_mm_per_min:g}"
+    q = whole_option(request.options, "result", lowest=0, highest=1993)
+    result = f"Q{q} value Q{q + 1} counter Q{q + 2} reading"
+    head = touch_head(request, title, result, LONGEST_DWELL_S)
+    side = "+0", "-1" if request.end_mm < request.start_mm else "+1"
+    way = " ".join(f"I{letter}{side[letter == axis]}" for letter in "XYZ")
+    to_start = f"L {axis}{request.start_mm:+.3f} R0 {feed} M91"
+    of_axis, status = f"Q{q + 3 + 'XYZ'.index(axis)}", f"Q{q + 6}"
+    loop = again = list[str]()
+    if request.touches > 1:
+        dwell = ("CYCL DEF 9.0 DWELL TIME", f"CYCL DEF 9.1 DWELL {request.pause_s:.3f}")
+        loop = ["FN 9: IF +0 EQU +0 GOTO LBL 2", "LBL 1", *dwell, "LBL 2"]
+        again = [f"CALL LBL 1 REP {request.touches - 1}"]
+    lines = [
+        *(*(f"; {line}" for line in head), "M5", *loop),
+        *(f"FN 0: {of_axis} = {_UNTOUCHED}", f"FN 0: {status} = +0", to_start),
+        *("TCH PROBE 4.0 MEASURING IN 3-D", f"TCH PROBE 4.1 Q{q + 3}", f"TCH PROBE 4.2 {way}"),
+        f"TCH PROBE 4.3 DIST {request.search_mm:+.3f} {feed} MB+0 REFERENCE SYSTEM:1",
+        to_start,
+        f"FN 9: IF +{status} EQU -1 GOTO LBL 3",
+        f"FN 9: IF +{of_axis} EQU {_UNTOUCHED} GOTO LBL 3",
+        f"FN 0: Q{q + 2} = +{of_axis}",
+        f"Q{q} = 1000 * ( {request.surface_mm:+.3f} - Q{q + 2} )",
+        *(f"FN 1: Q{q + 1} = +Q{q + 1} + +1", *again, "FN 9: IF +0 EQU +0 GOTO LBL 4"),
+        *("LBL 3", f"FN 14: ERROR = {_NO_TOUCH}", "LBL 4"),
+    ]
+    return _numbered(request.options, lines)
+
+
+def _numbered(options: Mapping[str, str], lines: list[str]) -> str:
+    name = options["program_name"]
     if _NAME.fullmatch(name) is None:
         raise ConfigurationError(
             "program_name_unfit", name=name, place=Place(key="--set program_name")
         )
-    lines = [f"BEGIN PGM {name} MM", *_head(request, title), *_blocks(request, axis)]
-    lines += ["M30", f"END PGM {name} MM"]
+    lines = [f"BEGIN PGM {name} MM", *lines, f"END PGM {name} MM"]
     return "".join(f"{number} {line}\r\n" for number, line in enumerate(lines))
 
 

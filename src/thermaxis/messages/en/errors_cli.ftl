@@ -44,8 +44,6 @@ error-too_many_older_tables = { $tables } older tables are kept beside it alread
 
 error-uncertainty_not_reached = No run of at most { $hours } h reaches { $wanted } { $unit }: its { $cycles } cycles come to { $standard_uncertainty } { $unit }.
     .remedy = Ask for less, allow a longer run, or lower the noise (a longer recording).
-error-program_beyond_travel = The axis would move from { $lowest } to { $highest } { $unit }, { $excess } { $unit } beyond its travel of { $low } to { $high } { $unit }.
-    .remedy = Plan the run again with another --start or --length or a smaller --overrun: targets must keep { $overrun } { $unit } of overrun from the ends.
 error-not_an_axis_name = '{ $name }' is no name of an axis.
     .remedy = Write a letter and up to 15 letters, digits or underscores, such as X or AX1.
 error-no_regular_file = This is not a regular file.

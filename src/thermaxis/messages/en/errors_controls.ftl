@@ -20,8 +20,8 @@ error-feed_too_small = A feed of { $feed } { $unit } is too small to be written.
     .remedy = Plan a feed of at least 0.001.
 error-feed_too_large = A feed of { $feed } { $unit } is more than the { $largest } of the control's word F.
     .remedy = Plan a lower feed.
-error-beyond_travel = The program would move the axis from { FIXED($lowest, decimals: 4) } to { FIXED($highest, decimals: 4) } { $unit }; its travel is { FIXED($travel_from, decimals: 4) } to { FIXED($travel_to, decimals: 4) } { $unit }.
-    .remedy = Plan fewer or nearer targets, or a smaller overrun.
+error-program_beyond_travel = The axis would move from { $lowest } to { $highest } { $unit }, { $excess } { $unit } beyond its travel of { $low } to { $high } { $unit }.
+    .remedy = Plan the run again with another --start or --length or a smaller --overrun; let a touch begin elsewhere (--from), or search less far.
 error-dwell_too_long = A stop of { $stop_s } s is longer than the { $longest_s } s of { $word }.
     .remedy = Plan a shorter dwell.
 error-overrun_too_short = The overrun is shorter than the { $decimals } decimals that the control reads.
@@ -34,6 +34,9 @@ error-program_number_too_high = The last subprogram would be O{ $last }, beyond 
     .remedy = State a lower number, or plan fewer targets for the step cycle.
 error-too_many_labels = The program needs more than the { $most } labels of the control.
     .remedy = Plan fewer targets for the step cycle, or the standard cycle.
+
+error-surface_outside_search = The surface at { $surface_mm } mm does not lie between { $start_mm } and { $end_mm } mm, at least { $least_mm } mm from both.
+    .remedy = Begin further away (--from), or search further.
 
 ## Tables to be written
 
