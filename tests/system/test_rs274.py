@@ -178,3 +178,18 @@ def test_a_touch_ends_before_it_moves_where_the_work_coordinates_are_rotated(
         lines = canonical(offset + control.format_touch(touch), tmp_path, aborted=reason)
         assert sum("STRAIGHT_" in line for line in lines) == moves
         assert any("STOP_SPINDLE" in line for line in lines)
+
+
+def test_a_part_program_that_calls_a_touch_has_its_modes_back(tmp_path: Path) -> None:
+    """Its refusals are taken out, for no probe answers here."""
+    control = control_by_name("linuxcnc")
+    words = {"axis": "Z", "surface_mm": 10.0, "start_mm": 15.0, "search_mm": 8.0}
+    options = check_options(control, (), purpose="touch")
+    touch = control.format_touch(TouchRequest(**words, feed_mm_per_min=60.0, options=options))
+    (tmp_path / "touch_z.ngc").write_text(touch.replace("(ABORT,", "("), encoding="ascii")
+    lines = canonical("G20 G91 F3\no<touch_z> call\nG1 X1\nM2\n", tmp_path)
+    *_, last = (line for line in lines if "STRAIGHT_FEED" in line)
+    assert "(1.0000, 0.0000, 0.5906" in last  # an inch on, at the start in inches
+    assert sum("STRAIGHT_PROBE" in line for line in lines) == 1
+    rates = [line for line in lines[: lines.index(last)] if "SET_FEED_RATE" in line]
+    assert "(3.0000)" in rates[-1]

@@ -162,9 +162,9 @@ class Sinumerik(Control):
             f"R{r}=1000*({request.surface_mm:.3f}-R{r + 2})",
             *(f"R{r + 1}=R{r + 1}+1", f"{_COUNTER}={_COUNTER}+1"),
             f"IF ({_COUNTER}<{request.touches}) GOTOB THX_AGAIN",
-            *("M30", "THX_LIMIT:", f"SETAL({ALARM})"),
-            *("M30", "THX_NO_TOUCH:", f"SETAL({ALARM + 1})"),
-            *("M30", "THX_DEFLECTED:", f"SETAL({ALARM + 2})", "M30"),
+            *("M30", "THX_LIMIT:", f"SETAL({ALARM})", "M0"),
+            *("M30", "THX_NO_TOUCH:", f"SETAL({ALARM + 1})", "M0"),
+            *("M30", "THX_DEFLECTED:", f"SETAL({ALARM + 2})", "M0", "M30"),
         ]
         return "".join(line + self.newline for line in lines)
 

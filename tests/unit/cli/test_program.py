@@ -183,6 +183,21 @@ def test_a_touch_that_is_not_whole_is_refused_and_nothing_is_written(changes, co
     assert not output.exists()
 
 
+def test_every_touch_of_the_pages_runs_as_typed(tmp_path, monkeypatch):
+    docs = Path(__file__).parents[3] / "docs"
+    pages = (docs / "commands.md", *(docs / "controls").glob("*.md"))
+    typed = [
+        line.split()[2:]
+        for page in pages
+        for line in page.read_text(encoding="utf-8").splitlines()
+        if line.startswith("$ thermaxis program --touch")
+    ]
+    assert len(typed) == 5  # one for each maker, and the page of the commands
+    monkeypatch.chdir(tmp_path)
+    for asked in typed:
+        assert main(asked) == 0
+
+
 def test_a_plan_has_no_options_of_a_touch(plan, tmp_path):
     for words_of_touch, code in (
         (("--touch", "10"), "either_option"),

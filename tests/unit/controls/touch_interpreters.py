@@ -183,6 +183,7 @@ def run_sinumerik(  # noqa: C901, PLR0912 - a branch for each word
         elif found := re.fullmatch(r"GOTOF (\w+)", line):
             k = lines.index(f"{found[1]}:", k)
         elif found := re.fullmatch(r"SETAL\((\d+)\)", line):
+            assert lines[k : k + 2] == ["M0", "M30"]
             raise AlarmError(found[1])
         elif found := re.fullmatch(rf"(MEAS=1 )?SUPA G1 {machine.axis}=(\S+)", line):
             (machine.search if found[1] else machine.move)(float(found[2]), words["F"])

@@ -40,7 +40,7 @@ from thermaxis.report.tables import Part, Section, Value
 
 _BEFORE_A_TOUCH = """\
 Before it runs: the other axes stand in front of the artefact, the way to the start is free, the \
-probe answers when it is touched by hand; prove it with reduced feed."""
+probe answers by hand, and bears the way behind the surface; prove it with reduced feed."""
 _NEGATIVE_WORD = re.compile(r"-\.?\d.*", re.DOTALL)
 
 
