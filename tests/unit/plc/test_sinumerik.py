@@ -145,6 +145,8 @@ def test_the_axis_moves_against_k_so_that_the_tool_point_moves_by_the_correction
     assert control.k0_mm == pytest.approx(k0_mm, abs=1e-12)
     assert -1000.0 * control.k0_mm * away == pytest.approx(-25.0, abs=1e-9)
     assert (said["read_um"], said["errors"]) == (pytest.approx(-25.0, abs=1e-9), 0)
+    for k in range(800, 900):
+        assert not control.scan(**told(-25.0, k // 8))["put_request"], "what stands is not written"
 
 
 @pytest.mark.parametrize(("double", "total_um"), [(True, 40.0), (False, -40.0)])
