@@ -1,4 +1,4 @@
-"""The self-test: some forty rows that run on the PLC itself, with an instance of their own.
+"""The self-test: some fifty rows that run on the PLC itself, with an instance of their own.
 
 The offset that is reported is the one that the instance has written, so that few rows lead through
 every state. What must come out is what `cycle` says.
@@ -195,6 +195,10 @@ def _course(plant: SimulatedPlant) -> _Course:
     yield 3.0 * cycle_s, {"connected": False, "read_ok": False, "stands_um": -0.125 * total_um}
     yield ready_s, {}
     yield 0.0, {"cycle_time_s": 1.01 * plant.model.longest_gap_s}
+    yield ready_s, {}
+    yield 0.0, {"init": True}
+    yield 3.0 * cycle_s, {}
+    yield 0.0, {"enable": False}
     yield ready_s, {}
     yield from _for_longer(plant, rules.read_back_s, {"away_um": away_um})
     yield 0.0, {"away_um": away_um, "reset": True}
