@@ -371,15 +371,19 @@ FROZEN_FROM: tuple[tuple[str, list[dict[str, Any]], int], ...] = (
 )
 
 
+def standing_still(rows: list[dict[str, Any]]) -> Stated:
+    plain = one_section(double=True).compensation
+    rules = SensorRules(lowest_c=1.0, highest_c=90.0, step_k=50.0, frozen_s=10.0)
+    settings = export_settings(replace(plain, sensors={"spindle": rules}), cycle_s=1.0, name="z")
+    return settings, [*rows, *[{}] * 20], [20.0]
+
+
 @pytest.mark.parametrize(("words", "rows", "first"), FROZEN_FROM)
 def test_a_value_is_frozen_when_it_stood_still_for_longer_than_its_time_since_a_call_in_time(
     words: str, rows: list[dict[str, Any]], first: int
 ) -> None:
     """A second a call and ten seconds: in the eleventh call after the one it counts from."""
-    plain = one_section(double=True).compensation
-    rules = SensorRules(lowest_c=1.0, highest_c=90.0, step_k=50.0, frozen_s=10.0)
-    settings = export_settings(replace(plain, sensors={"spindle": rules}), cycle_s=1.0, name="z")
-    said = side_by_side(settings, [*rows, *[{}] * 20], [20.0])
+    said = side_by_side(*standing_still(rows))
     frozen = [k for k, output in enumerate(said) if SampleQuality.FROZEN in output.qualities]
     assert frozen == list(range(first, len(said))), words
 
@@ -715,6 +719,27 @@ def test_after_a_fault_is_acknowledged_the_read_back_may_differ_for_its_time_aga
     assert {output.state for output in said[25:]} == {SupervisorState.OFF}  # and no new fault
 
 
+def acknowledged_with_every_request() -> Stated:
+    """Faults are acknowledged while the hold stands, and with enable and a trim in the same call."""
+    other, off = {"other_compensation": True}, {"enable": False}
+    held = {"hold": True}
+    rows: list[dict[str, Any]] = [*[{}] * 8, held, held | other, held | {"reset": True}]
+    rows += [*[held] * 2, {}, off, *[{}] * 4, other, off]
+    rows += [{"reset": True, "trim_z_um": 0.5}, *[{"trim_z_um": 0.5}] * 3]
+    return slow_settings(), rows, [20.0]
+
+
+def test_reset_enable_and_a_trim_in_one_call_are_taken_in_this_order_and_hold_is_forgotten() -> (
+    None
+):
+    said = side_by_side(*acknowledged_with_every_request())
+    states = [output.state for output in said]
+    assert states[9] is SupervisorState.FAULT
+    assert states[19] is SupervisorState.FAULT
+    assert said[-1].trim_um == (0.5,)
+    assert states[-1] is SupervisorState.ACTIVE
+
+
 # ---- a start and a gap --------------------------------------------------------------------------
 
 
@@ -808,6 +833,8 @@ def every_stated() -> list[Stated]:
         begun_anew(),
         called_after_gaps(),
         resting(),
+        acknowledged_with_every_request(),
+        *(standing_still(rows) for _, rows, _ in FROZEN_FROM),
         (slow_settings(), LOST_AND_FOUND, [20.0]),
         (slow_settings(), reset, [20.0]),
     ]

@@ -139,7 +139,6 @@ void tx_requests_step(tx_requests *requests, const tx_asked_for *asked, bool fir
     requests->enabled_anew = false;
     requests->in_fault = asked->state == TX_FAULT;
     if (first) {
-        requests->reset_before = asked->reset;
         requests->enable_before = asked->enable;
         requests->hold_before = asked->hold;
     }
@@ -161,7 +160,6 @@ void tx_requests_step(tx_requests *requests, const tx_asked_for *asked, bool fir
             requests->refused = true;
         } else if (!requests->enabled) {
             requests->enabled = true;
-            requests->held = false;
             requests->enabled_anew = true;
         }
     } else if (requests->enable_before && !asked->enable) {
