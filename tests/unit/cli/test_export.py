@@ -3,6 +3,7 @@
 import argparse
 import json
 import re
+import subprocess
 from dataclasses import replace
 from functools import partial
 from hashlib import sha256
@@ -86,6 +87,33 @@ def small_model(path: Path, **changed: object) -> Path:
 
 
 # ---- what is written ----------------------------------------------------------------------------
+
+
+C_WORDS = [
+    *((*real, *alone) for real in ((), ("--real", "32")) for alone in ((), ("--model-only",))),
+    ("--name", "z axis"),
+]
+
+
+@pytest.mark.parametrize("dialect", ["c", "fmu"])
+@pytest.mark.parametrize("options", C_WORDS, ids=" ".join)
+def test_every_exported_source_compiles_alone_without_a_warning(
+    root, tmp_path, capsys, dialect, options
+):
+    """But for the source of a unit that calls FMI, whose headers the tool brings."""
+    folder, model = tmp_path / "plc", root / "examples" / "models" / "spindle_table.json"
+    command = (model, "--dialect", dialect, "--cycle-s", "1", *STATED, *options, "-o", folder)
+    assert run(*command) == 0
+    found = unpacked(contents(folder))
+    sources = {name: text for name, text in found.items() if name.endswith((".c", ".h"))}
+    for name, text in sources.items():
+        (tmp_path / name).write_bytes(text)
+    alone = [name for name in sources if name.endswith(".c") and name != "fmu.c"]
+    assert len(alone) == 2
+    for name in alone:
+        gcc = ("gcc", "-std=c99", "-pedantic", "-Werror", "-c", name, "-o", "alone.o")
+        built = subprocess.run(gcc, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert (built.returncode, built.stderr) == (0, ""), name
 
 
 @pytest.mark.parametrize("dialect", FILES)

@@ -720,7 +720,7 @@ def test_after_a_fault_is_acknowledged_the_read_back_may_differ_for_its_time_aga
 
 
 def acknowledged_with_every_request() -> Stated:
-    """Faults are acknowledged while the hold stands, and with enable and a trim in the same call."""
+    """Faults are acknowledged while the hold stands, and with enable and a trim in one call."""
     other, off = {"other_compensation": True}, {"enable": False}
     held = {"hold": True}
     rows: list[dict[str, Any]] = [*[{}] * 8, held, held | other, held | {"reset": True}]
