@@ -9,7 +9,7 @@ import pytest
 
 from tests.unit.plc.compiled import Compiled, compiled
 from tests.unit.plc.plc_scenarios import inputs_of, random_settings
-from thermaxis.compensation import Compensation, Limits, Part, Reason, SensorRules
+from thermaxis.compensation import Compensation, Limits, Part, Reason, SampleQuality, SensorRules
 from thermaxis.files import read_model
 from thermaxis.plc import (
     TOLERANCE_UM,
@@ -174,19 +174,21 @@ def test_the_vectors_of_a_random_model_have_everything_or_name_it(seed: int) -> 
     require_promised(random_settings(seed, double=bool(seed % 2)), reaches=False)
 
 
-def test_a_trim_expires_in_a_row_that_stands_for_a_shift() -> None:
-    settings = of_example(MODELS / "eps1.json", cycle_s=10.0)
-    rows = rows_of(vectors_of(settings).text)
+@pytest.mark.parametrize("cycle_s", [0.5, 10.0])
+def test_a_trim_expires_and_a_value_is_frozen_in_rows_that_are_compared(cycle_s: float) -> None:
+    settings = of_example(MODELS / "eps1.json", cycle_s=cycle_s)
     (stem,) = settings.names.outputs
-    trimmed = [row for row in rows if float(row[f"trim_{stem}"]) and int(row["calls"]) > 1000]
-    assert trimmed
-    assert sum(int(row["calls"]) for row in rows) > 2880
+    rows = rows_of(vectors_of(settings).text)
+    pairs = [(a, b) for a, b in pairwise(rows) if b["init"] == "0" and b["compare"] == "1"]
+    trim, added = f"trim_{stem}", f"added_{stem}"
+    assert any(float(a[added]) and not float(b[added]) and a[trim] == b[trim] for a, b in pairs)
+    frozen = str(list(SampleQuality).index(SampleQuality.FROZEN))
+    assert all(frozen in {b[f"quality_{c}"] for _, b in pairs} for c in settings.names.channels)
 
 
 def test_what_does_not_fit_into_the_calls_is_named_and_said_where_it_was_cut() -> None:
     found = vectors_of(of_lathe(cycle_s=0.1), most_calls=3000)
-    assert "a trim that expires" in found.missing
-    assert "1000 calls without a change" in found.missing
+    assert "fault_word 1024" in found.missing
     assert found.cuts
     for cut in found.cuts:
         assert re.fullmatch(r"[\w -]+ after \d+ calls for want of calls", cut)

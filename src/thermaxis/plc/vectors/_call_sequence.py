@@ -9,8 +9,8 @@ from thermaxis.plc.vectors._reference import CycleBlock
 from thermaxis.plc.vectors._simulated_plant import PlcStep, SequenceBlock, SimulatedPlant
 
 MOST_CALLS = 45_000
-"""Most calls of the sequence: a shift of 8 h at 1 s, in which a trim ends, and what else there is.
-At a cycle of 0.1 s no row may stand for as many as would take minutes to compute. [1]"""
+"""Most calls of the sequence, so that it takes seconds to compute at a cycle of 0.1 s too: then
+some holds do not fit. [1]"""
 
 
 @final

@@ -69,14 +69,6 @@ def _active(plant: SimulatedPlant, share: float = 0.1) -> Rows:
     yield from _enabled(plant)
 
 
-def _for_longer(plant: SimulatedPlant, seconds: float, different: dict[str, Any]) -> Rows:
-    """Let something last for longer, if there are calls left, and come back."""
-    if plant.fits(seconds, f"{', '.join(different)} for {seconds:g} s"):
-        yield plant.beyond(seconds), different
-        yield 20, different
-        yield plant.ready_s(), {}
-
-
 def _start(plant: SimulatedPlant) -> Rows:
     """Start with a wrong cycle time and with channels that are not there yet; off."""
     plant.again()
@@ -261,25 +253,27 @@ def _losses(plant: SimulatedPlant) -> Rows:
     """Lose interlocks, connection, inputs, and hold: for a moment, as long as is held, longer."""
     rules, channels = plant.rules, len(plant.base_c)
     first_input: dict[str, Any] = {"ok": (False, *(True,) * (channels - 1))}
-    lost_input_s = rules.input_timeout_s + rules.hold_input_s
     yield from _active(plant, 0.2)
     for k in range(channels):
         yield 1, {"ok": tuple([i != k for i in range(channels)])}
         yield 2, {}
     yield plant.beyond(rules.input_timeout_s), first_input
     yield plant.ready_s(), {}
-    for held_s, lost in (
-        (rules.hold_interlock_s, {"interlocks_met": False}),
-        (rules.hold_connection_s, {"connected": False, "read_ok": False}),
-        (plant.model.longest_hold_s, first_input),
-        (lost_input_s, first_input),
-        (rules.hold_operator_s, {"hold": True}),
+    for what, held_s, lost in (
+        ("an open interlock", rules.hold_interlock_s, {"interlocks_met": False}),
+        ("a lost connection", rules.hold_connection_s, {"connected": False, "read_ok": False}),
+        ("a temperature that the model holds", plant.model.longest_hold_s, first_input),
+        ("a lost temperature", rules.input_timeout_s + rules.hold_input_s, first_input),
+        ("the hold of an operator", rules.hold_operator_s, {"hold": True}),
     ):
         yield from _active(plant, 0.2)
         yield 20, {}
         yield 2, lost
         yield plant.ready_s(), {}
-        yield from _for_longer(plant, held_s, lost)
+        if plant.fits(held_s, f"{what} for longer than {held_s:g} s"):
+            yield plant.beyond(held_s), lost
+            yield 20, lost
+            yield plant.ready_s(), {}
 
 
 def _limit(output: int, sign: float) -> Phase:
@@ -309,21 +303,26 @@ def _limit(output: int, sign: float) -> Phase:
 
 
 def _still(plant: SimulatedPlant) -> Rows:
-    """Let a trim expire, or at least stand still for long, while no temperature changes."""
-    long_s = (LONG_ROW_CALLS + LONG_ROW_CALLS // 2) * plant.cycle_s
-    frozen_s = max(sensor.frozen_s for sensor in plant.sensors)
-    lasting_s = [0.0]
-    for seconds, what in (
-        (0.0, f"{LONG_ROW_CALLS} calls without a change"),
-        (frozen_s, "a frozen value"),
-        (plant.rules.longest_trim_s, "a trim that expires"),
-    ):
-        if plant.fits(seconds + 2.0 * long_s, what):
-            lasting_s.append(seconds)
+    """Let a value stand until it is frozen, a trim until it expires, and everything for long.
+
+    All of that time but its last calls passes in a gap, which counts as any other.
+    """
     yield from _active(plant)
     trims = {"trims_um": plant.trims(0.5)}
-    yield plant.beyond(max(lasting_s)), trims
-    yield long_s, trims
+    cycle_s = plant.cycle_s
+    frozen_s = max(sensor.frozen_s for sensor in plant.sensors)
+    for seconds, what, different in (
+        (frozen_s, "a frozen value", {}),
+        (plant.rules.longest_trim_s, "a trim that expires", trims),
+    ):
+        yield 20, different
+        if seconds - 100.0 * cycle_s > plant.model.longest_gap_s:
+            yield 1, {**different, "cycle_time_s": seconds - 100.0 * cycle_s}
+            yield 150, different
+        elif plant.fits(seconds, what):
+            yield plant.beyond(seconds), different
+    if plant.fits(LONG_ROW_CALLS * cycle_s, f"{LONG_ROW_CALLS} calls without a change"):
+        yield LONG_ROW_CALLS + LONG_ROW_CALLS // 2, trims
     plant.goal_c = [now_c + 0.5 for now_c in plant.now_c]
     yield from _jump(plant)
     yield plant.ready_s(), {}
