@@ -4,7 +4,7 @@ The table has lines, statements in a call and about how many bytes an instance t
 example models. Then C and ST (put into C word by word) of random models run over shifts with every
 fault: in LREAL against `cycle`, to the last bit, and in REAL against each other.
 
-    PYTHONPATH=src:. python benchmarks/plc_equal.py [--models 200] [--hours 8] [--mutants 0]
+    PYTHONPATH=src:. python benchmarks/plc_equal.py [--models 200] [--first 40] [--hours 8]
 """
 
 import argparse
@@ -54,6 +54,7 @@ def main() -> int:
     """Print table and differences; 1 where there is one."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--models", type=int, default=200)
+    parser.add_argument("--first", type=int, default=FIRST_SEED, help="seed of the first model")
     parser.add_argument("--hours", type=float, default=8.0)
     parser.add_argument("--mutants", type=int, default=0)
     arguments = parser.parse_args()
@@ -61,16 +62,20 @@ def main() -> int:
     wrong: list[str] = []
     with tempfile.TemporaryDirectory() as folder:
         for double in (True, False):
-            tasks = [Task(FIRST_SEED + k, 10.0, double, arguments.hours)
+            tasks = [Task(arguments.first + k, 10.0, double, arguments.hours)
                      for k in range(arguments.models)]  # fmt: skip
-            calls = 0
+            calls, away_um = 0, 0.0
             for k in range(0, len(tasks), TOGETHER):
                 for found in compared_together(
                     tasks[k : k + TOGETHER], Path(folder, f"{double}{k}")
                 ):
                     calls += found.seen.calls
+                    away_um = max(away_um, found.away_um)
                     wrong += [f"{found.task.label}: {d}" for d in found.differences.values() if d]
-            print(f"{'LREAL' if double else 'REAL'}: {len(tasks)} models, {calls} calls")
+            kind = "LREAL" if double else "REAL"
+            print(
+                f"{kind}: {len(tasks)} models, {calls} calls, at most {away_um:.1e} um from cycle"
+            )
         chosen = every_mutant()[: arguments.mutants]
         missed = unnoticed(chosen, Path(folder, "mutants"))
         print(f"mutants of the library: {len(chosen) - len(missed)} of {len(chosen)} noticed")

@@ -21,6 +21,7 @@ import pytest
 from tests.unit.plc.plc_scenarios import DURATIONS, MoodPlant, random_settings, with_witness
 from tests.unit.plc.st_to_c import st_as_c
 from thermaxis.plc import (
+    TOLERANCE_UM,
     Block,
     CycleBlock,
     PlcOutputs,
@@ -322,6 +323,8 @@ class Comparison(NamedTuple):
     task: Task
     differences: dict[str, str]
     """By text; empty where nothing differs."""
+    away_um: float
+    """Largest distance of a model's displacement from that of `cycle`. [µm]"""
     seen: Seen
 
 
@@ -355,5 +358,9 @@ def compared_together(tasks: Sequence[Task], folder: Path) -> list[Comparison]:
         differences = {"st": difference(replace(record, wanted=in_c), in_st)}
         if task.double:
             differences["c"] = difference(record, in_c)
-        found.append(Comparison(task, differences, seen))
+        model = [k for k, name in enumerate(record.outputs) if name.startswith("model_")]
+        away_um = float(np.max(np.abs(in_c[:, model] - record.wanted[:, model])))
+        if away_um > TOLERANCE_UM:
+            differences["from the cycle"] = f"{away_um} um"
+        found.append(Comparison(task, differences, away_um, seen))
     return found
