@@ -22,7 +22,7 @@ from tests.system.screen.stand import wait_until
 from tests.unit.screen.people import People
 from tests.unit.screen.stand import application, parts
 from thermaxis.app.axis import AxisRoom
-from thermaxis.messages import LANGUAGES
+from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role
 from thermaxis.screen.pages import positioning_page as _positioning_page
 from thermaxis.web import Assets, Guard
@@ -257,10 +257,10 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_sent(
 
 def test_a_refused_result_leaves_the_page_as_it_was(visit: Visit) -> None:
     page = visit.open()
-    page.select_option("select[name=reference]", "cycle")
-    page.fill("input[name=reference_value]", "x")
+    page.fill("input[name=reference_cycle]", "x")
     visit.send(EXAMPLES / "y_axis_50_cycles.rtl")
-    expect(page.locator("#wrong")).to_contain_text("--reference-cycle", timeout=LONGEST_MS)
+    named = sentence("positioning-reference_cycle", language="de")  # and not --reference-cycle
+    expect(page.locator("#wrong")).to_contain_text(named, timeout=LONGEST_MS)
 
 
 @pytest.mark.usefixtures("kept")
@@ -324,9 +324,7 @@ def test_what_lacks_is_said_before_anything_is_sent(visit: Visit) -> None:
     expect(page.locator(".room-file-name").first).to_have_text("keine Datei gewählt")
     page.click("#run-submit")
     expect(page.locator("#wrong")).to_have_text("Zuerst einen gemessenen Lauf wählen.")
-    page.select_option("select[name=reference]", "time")
-    visit.send(EXAMPLES / "y_axis_50_cycles.rtl")
-    expect(page.locator("#wrong")).to_contain_text("Nummer des Zyklus oder die Stunden")
+    visit.page.set_input_files("input[name=file]", EXAMPLES / "y_axis_50_cycles.rtl")
     expect(page.locator(".room-file-name").first).to_have_text("y_axis_50_cycles.rtl")
 
 

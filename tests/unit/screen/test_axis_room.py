@@ -360,7 +360,6 @@ WRONG_OPTIONS = (
     {"units": "mm,um --output=x"},
     {"reference_cycle": "1" * 41},
     {"reference_cycle": "٣"},
-    {"reference_cycle": "1", "reference_time": "1"},
     {"no_drift": "1"},
     {"head_bytes": "-5"},
 )

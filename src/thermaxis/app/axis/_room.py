@@ -150,8 +150,6 @@ class AxisRoom(Room):
         """Store the upload, run the command and keep what came."""
         query = request.query_params
         name = query.get("name", "")
-        if query.get("reference_cycle") and query.get("reference_time"):
-            raise no_option("reference_cycle, reference_time")
         options = words_of(query, _OPTIONS, flags=("no_drift", "full"))
         reading = words_of(query, _READING)
         others, words = along(query, _FILES)

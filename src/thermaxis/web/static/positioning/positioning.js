@@ -11,7 +11,8 @@ import { moment, word } from "../words.js";
 /** @typedef {Record<string, any>} Result */
 
 const NAME_CHARACTERS = 200;
-const TABLES = ["head", "limits", "budget", "plan", "map"];
+const FORMS = ["head", "limits", "budget"];
+const TABLES = [...FORMS, "plan", "map"];
 
 /** The run that is shown. */
 let shownId = "";
@@ -74,25 +75,21 @@ function request(form) {
   const files = (/** @type {string} */ name) => /** @type {File[]} */ (data.getAll(name));
   const runs = files("file").filter(({ size }) => size > 0);
   const query = askedBy(form);
-  for (const name of ["target_tolerance", "reference_value"]) {
+  for (const name of ["target_tolerance", "reference_time"]) {
     query.set(name, (query.get(name) ?? "").replace(",", "."));
   }
-  const [reference, value] = [query.get("reference"), query.get("reference_value") ?? ""];
-  if (reference) query.set(`reference_${reference}`, value);
   query.set("no_drift", query.has("drift") ? "no" : "yes");
   const tables = TABLES.map((name) => {
     const [file] = files(name);
-    const part = file.size > 0 || !document.getElementById(`form-${name}`)
-      ? file : new Blob([tomlOf(name)]);
+    const part = file.size > 0 || !FORMS.includes(name) ? file : new Blob([tomlOf(name)]);
     query.set(`${name}_bytes`, String(part.size));
     return part;
   });
   for (const run of runs) query.append("name", run.name.slice(-NAME_CHARACTERS));
   const none = files("file")[0].name ? "room-empty" : "positioning-file_first";
   if (runs.length < 2) {
-    const lacks = reference && !value ? "positioning-value_first" : "";
     return { path: `/positioning/upload?${query}`, body: new Blob([...runs, ...tables]),
-      lacking: runs.length ? lacks : none };
+      lacking: runs.length ? "" : none };
   }
   for (const run of runs) query.append("bytes", String(run.size));
   return { path: `/positioning/trend?${query}`, lacking: "",
@@ -114,9 +111,9 @@ function clear(input) {
   nameFile(input);
 }
 
-/** Choose the run that is shown, where none is. @param {HTMLFormElement} form */
-async function chooseShown(form) {
-  const input = /** @type {HTMLInputElement} */ (form.elements.namedItem("file"));
+/** Choose the run that is shown, where none is. */
+async function chooseShown() {
+  const input = fieldOf("run-form", "file");
   if (input.files?.length || byId("run-result").hidden) return;
   const run = await told(address("run"), undefined, (answer) => answer.blob());
   if (!run) return;
@@ -128,7 +125,7 @@ async function chooseShown(form) {
 
 /** @param {HTMLFormElement} form */
 async function send(form) {
-  await chooseShown(form);
+  await chooseShown();
   const reading = /** @type {HTMLDetailsElement} */ (byId("run-reading"));
   reading.open ||= [...reading.querySelectorAll("select, input")].some((one) =>
     /** @type {HTMLInputElement} */ (one).value); // what is not as in the file is seen
@@ -207,7 +204,7 @@ async function drop(form, files) {
   if (sorted.file) beginReading();
   if (sorted.map) isReadingSent = false;
   for (const [name, { files: found }] of Object.entries(sorted)) {
-    const input = /** @type {HTMLInputElement} */ (form.elements.namedItem(name));
+    const input = fieldOf("run-form", name);
     input.files = found;
     nameFile(input);
   }
@@ -244,52 +241,44 @@ function nameFile(input, none = word("positioning-no_file")) {
   if (shown) shown.textContent = names || none;
 }
 
+/** Name what a form is filled with beside its file. @param {string} name @param {string} toml */
+function nameForm(name, toml) {
+  const input = fieldOf("run-form", name);
+  input.value = "";
+  nameFile(input, word(toml ? "positioning-form_used" : "positioning-no_file"));
+}
+
 /** @param {HTMLFormElement} form */
 function begin(form) {
-  const reference = /** @type {HTMLSelectElement} */ (form.elements.namedItem("reference"));
-  const value = /** @type {HTMLInputElement} */ (form.elements.namedItem("reference_value"));
-  const follow = () => { value.disabled = reference.value === ""; };
-  reference.addEventListener("change", follow);
-  follow();
+  const room = /** @type {HTMLElement} */ (form.closest(".room"));
   const files = /** @type {NodeListOf<HTMLInputElement>} */ (form.querySelectorAll("input[type=file]"));
   for (const input of files) {
     input.addEventListener("change", () => {
       nameFile(input);
       if (input.name === "file") beginReading();
     });
-    nameFile(input);
+    if (FORMS.includes(input.name)) nameForm(input.name, tomlOf(input.name));
+    else nameFile(input);
   }
   byId("run-reading").addEventListener("change", () => { isReadingSent = false; });
-  for (const one of /** @type {NodeListOf<HTMLElement>} */ (form.querySelectorAll("[data-clear]"))) {
-    one.addEventListener("click", () => clear(fieldOf("run-form", one.dataset.clear ?? "")));
-  }
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     void send(form);
   });
-  for (const one of /** @type {NodeListOf<HTMLElement>} */ (form.querySelectorAll("[data-form]"))) {
-    const name = one.dataset.form ?? "";
-    const input = /** @type {HTMLInputElement} */ (form.elements.namedItem(name));
-    const kept = (/** @type {string} */ toml) => {
-      input.value = "";
-      nameFile(input, word(toml ? "positioning-form_used" : "positioning-no_file"));
-    };
-    kept(tomlOf(name));
-    one.addEventListener("click", () => {
-      const used = (/** @type {string} */ toml) => {
-        kept(toml);
-        if (!byId("run-result").hidden) void send(form); // what is shown, with what was filled in
-      };
-      void openForm(name, input.files?.[0], used);
+  room.addEventListener("click", ({ target }) => {
+    const { clear: name, form: asked, kind } = /** @type {HTMLElement} */ (target).dataset;
+    if (name) clear(fieldOf("run-form", name));
+    if (kind) void download(address(kind));
+    if (!asked) return;
+    void openForm(asked, fieldOf("run-form", asked).files?.[0], (toml) => {
+      nameForm(asked, toml);
+      if (!byId("run-result").hidden) void send(form); // what is shown, with what was filled in
     });
-  }
-  onDrop(/** @type {HTMLElement} */ (form.closest(".room")), (files) => drop(form, files));
+  });
+  onDrop(room, (dropped) => drop(form, dropped));
   beginForms();
   byId("run-figures").addEventListener("click", () => void choose(false));
   byId("run-report").addEventListener("click", () => void choose(true));
-  for (const one of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-kind]"))) {
-    one.addEventListener("click", () => void download(address(one.dataset.kind ?? "")));
-  }
   void list(true);
 }
 
