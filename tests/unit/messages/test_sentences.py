@@ -132,9 +132,9 @@ def test_what_is_english_in_another_language_is_isolated(language: str) -> None:
     said = sentence("event-no_saved_state", free, language=language)
     assert (isolated("no JSON") in said) is (language != "en")
     error = sentence(
-        "answer-model_unusable", {"why": Message("error-file_empty")}, language=language
+        "answer-model_unusable", {"why": Message("error-not_utf8")}, language=language
     )
-    assert (isolated("The file is empty.") in error) is (language != "en")
+    assert (isolated("The file is not UTF-8 text.") in error) is (language != "en")
     assert ISOLATE not in sentence("answer-unknown_output", {"names": ("X_um",)}, language=language)
 
 

@@ -80,8 +80,6 @@ error-run_without_times = The readings of the run have no times, only an order.
 
 ## Thermal models
 
-error-no_input_changes = No input ever changes.
-    .remedy = Check the sensors, or name other channels.
 error-no_input_named = No input is named.
     .remedy = Write --input spindle=T_spindle_c-T_column_c, or --candidates "T*_c".
 error-joint_gains_need_one_output = Joint gains are for one output, the method modal and named inputs.
@@ -135,8 +133,6 @@ error-folder_holds_foreign_file = { $name } lies in the folder, which is no part
     .remedy = Name a new or empty folder.
 error-exported_file_changed = { $name } was changed since it was exported.
     .remedy = Keep it elsewhere first. Name a new or empty folder.
-error-no_stated_reference = The model states no reference of { $channels }.
-    .remedy = Leave the option out, or state reference_c of every channel in the model.
 error-models_begin_differently = The model refers to its { $reference } temperatures with a filter of { $filter_s } s, the first one to its { $first_reference } ones with { $first_filter_s } s.
     .remedy = Identify all positions in the same way.
 error-models_and_positions_differ = There are { $models } models and { $positions } positions.

@@ -15,10 +15,6 @@ error-not_text = This is { $kind ->
        *[binary] a binary file
     }, not text.
     .remedy = Name the measurement file itself, or export the measurement as text.
-error-file_damaged = The file is damaged, or of another kind ({ $cause }).
-    .remedy = Copy, save or export it again.
-error-cut_short = The file is cut short.
-    .remedy = Copy or export it again; if it is complete, add an empty line at the end.
 error-unusable_encoding = '{ $name }' is not a usable text encoding.
     .remedy = Name one that contains ASCII, such as cp1250, cp1252 or gbk.
 error-package_missing = Such files need the package { $package }, which is not installed.
@@ -40,15 +36,9 @@ error-too_many_groups = The file has { $groups } groups; at most { $most } are r
     .remedy = Export the log as CSV.
 error-line_too_long = The line is longer than { $most } characters.
     .remedy = Export one row per reading, target or time.
-error-cells_and_headings = The row has { $cells } cells under { $headings } headings.
-    .remedy = Complete the row, give every column a heading, or remove the row.
-error-quotation_marks = The quotation marks of this line do not match.
-    .remedy = Close every quotation mark, and write "" for one inside a text.
 
 ## Cells
 
-error-number_missing = A number is missing.
-    .remedy = Write the number, or leave the whole reading out.
 error-row_incomplete = A number is missing: the row may be a reading that lacks it, or something that was computed from readings.
     .remedy = Write the number; if the readings end above this row, write last_row = { NUMBER($last, useGrouping: 0) } in a file for --map.
 error-magnitude_too_large = The number is larger than { $most } in magnitude.
@@ -56,24 +46,10 @@ error-magnitude_too_large = The number is larger than { $most } in magnitude.
 error-not_a_whole_number = '{ $text }' is not a whole number.
     .remedy = Write digits only.
 error-not_a_country = '{ $text }' is not a country. Write its two capital letters of ISO 3166-1, such as CZ.
-error-not_a_moment = '{ $text }' is not a date with time.
-    .remedy = Write it as 2026-11-20T14:03:05, with or without a zone such as +01:00.
-error-not_a_moment_of_log = '{ $text }' is not a date with time, or not of the form that the mapping states.
-    .remedy = Write it as 2026-11-20T14:03:05, or state its form in a mapping: format = "%H:%M:%S" under [time].
-error-date_order_unclear = '{ $text }' may be { $first } or { $second }.
-    .remedy = Say what stands first, day, month or year: --date-order, or date_order in a mapping.
-error-hours_or_minutes = '{ $text }' may be hours and minutes, or minutes and seconds.
-    .remedy = State the form, "%H:%M" or "%M:%S", in a mapping: time_format of a run, format of a log.
-error-zones_mixed = Some times state a zone and others do not.
-    .remedy = Write all times with a zone such as +01:00, or all without.
 error-formula_without_value = The formula of this cell has no stored value.
     .remedy = Open the workbook in a spreadsheet program and save it again.
 error-column_of_no_numbers = The column holds something that is not a number.
     .remedy = Remove it.
-error-decimal_signs_mixed = This number has a decimal comma, the one in row { $row } a decimal point.
-    .remedy = Write all numbers with the same decimal sign.
-error-decimal_sign_unclear = '{ $text }' and the other numbers may have a decimal sign, or one between thousands.
-    .remedy = Say which the decimal sign is, with --decimal point or --decimal comma.
 error-not_start_and_end = '{ $text }' is not a value at the start and a value at the end.
     .remedy = Write two numbers with a blank between them, or the word none.
 
@@ -103,8 +79,6 @@ error-cells_out_of_order = Rows or cells are not in rising order: some would be 
 
 ## Tables of a run
 
-error-no_run_headings = No column headings of a positioning run were found in the first { $rows } rows.
-    .remedy = Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the numbers of the runs; docs/files.md lists the words that are understood.
 error-run_headings_incomplete = No column headings of a positioning run were found in the first { $rows } rows; nearest to them is { $nearest }, which lacks { $missing }.
     .remedy = Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the numbers of the runs (docs/files.md lists the words that are understood), or say what each holds in a file for --map, beginning with: { $start }
 error-column_like_runs = The column { $name } holds numbers like those of the runs, but its heading names no run; { $count ->
@@ -120,8 +94,6 @@ error-runs_or_targets = The headings may be the numbers of { $runs } runs above 
     .remedy = Write Run before each number, or transposed = false or true in a file for --map.
 error-other_layout = This is a { $layout } table, not one of the other layout.
     .remedy = Read it as a { $layout } table.
-error-no_readings_in_file = There are no readings in the file.
-    .remedy = Export the run again, with its measured values.
 error-blocks_unlike = The words above this block of readings, or its units, say something else than those of the first block.
     .remedy = Write the same above each block: its direction, its number, or both, and the same units.
 error-blocks_of_other_targets = This block of readings has other targets than another one: it may be another run.
@@ -248,21 +220,11 @@ error-cycles_cut_short = { $stated } cycles are stated, and readings are there o
 
 ## Thermal logs
 
-error-no_time_column = There is no column of times.
-    .remedy = Name it time_s (seconds) or time (ISO 8601), or name the column or the sample time in a mapping.
-error-no_channel_in_log = There is no channel of numbers beside the times.
-    .remedy = Export at least one temperature or displacement as numbers.
-error-no_rows = There is no row below the headings.
-    .remedy = Export the log again.
-error-no_such_column = The mapping names a column '{ $name }' that is not there.
-    .remedy = Columns are { $known }.
 error-reading_option_unused = { $name } is stated, by an option or a file for --map, and has no meaning for { $what ->
         [wide] a table of one target per row
        *[other] a { $what } file
     }.
     .remedy = Leave it out.
-error-columns_of_same_name = Columns { $first } and { $second } have the same name { $name }.
-    .remedy = Rename one of them in the file.
 error-times_not_apart = The times are too large to be told apart.
     .remedy = Write times in seconds from the start of the log.
 error-time_too_large = The first time, { $time_s } s, is more than three thousand years.
@@ -293,8 +255,6 @@ error-not_a_line = This is no printable line of at most { $most } characters.
     .remedy = Shorten it, and write it in one line.
 error-list_too_long = The list has more than { $most } entries.
 error-impossible_value = The value { $text } cannot be used here.
-error-other_format = The format is { $found }, not { $expected }.
-    .remedy = Give a file that this program has written.
 error-other_version = Version { $found } of the format is not known; this program reads version { $expected }.
     .remedy = Make the plan or identify the model again, or use a newer program.
 error-hash_mismatch = The hash does not fit the content: the file was changed after it was written.
