@@ -51,6 +51,10 @@ RESULTS: Final = "results.json"
 """File in which the JSON of a command lies beside what it has made."""
 _VALUE = re.compile(r"-?[A-Za-z0-9µμ°″][A-Za-z0-9µμ°″_.,:+ -]{0,39}")
 """What may stand in an option: nothing that is a path or another option."""
+_OF_TERMINAL = re.compile(
+    r"^thermaxis[ \w-]*: error: (argument )?| \(see thermaxis [ \w-]*--help\)$"
+)
+"""What a command says around an error for who has typed it."""
 _LACKS_MEMORY = re.compile(r"\bMemoryError\b|\bmemory allocation\b|\bbad_alloc\b")
 _BAD_REQUEST, _UNAUTHORIZED, _NOT_FOUND, _TOO_SLOW, _TOO_LARGE = 400, 401, 404, 408, 413
 _NOT_EVALUATED, _BUSY, _NO_ROOM = 422, 429, 507
@@ -190,14 +194,15 @@ class Room:
         language = spoken(request)
         return await asyncio.to_thread(_told_of, outcome, names or {}, limits.longest_s, language)
 
-    async def progress(self, _: Request) -> Response:
-        """Return the step at which the command is that runs."""
+    async def progress(self, request: Request) -> Response:
+        """Return the step at which the command is that runs, and whether who asks has work."""
         try:
             text = (self._works.path / PROGRESS).read_text() if self._works else "{}"
             found = cast("Json", json.loads(text))
         except (OSError, ValueError):
             found = {}
-        return answer_json(found)
+        held = work_of(request).is_held_by(self.owner(request).name)
+        return answer_json({**found, "held": held})
 
     async def file(self, request: Request) -> Response:
         """Return a file of an entry, made when it is first asked for."""
@@ -422,7 +427,7 @@ def _told_of(outcome: Outcome, names: Mapping[str, str], longest_s: float, langu
             found = text_of(replace(found, code=f"error-{found.code}"), language=language)
         raise RefusedError(_NOT_EVALUATED, "room-refused", said=str(found))
     said = str(without_paths(outcome.said, outcome.folder, names))
-    text = printable(said.removeprefix("thermaxis: error: ").strip()[-2000:], 2000)
+    text = printable(_OF_TERMINAL.sub("", said.strip())[-2000:], 2000)
     if outcome.code == _REFUSED and printed == {} and text:
         raise RefusedError(_NOT_EVALUATED, "room-refused", said=text)
     _log.warning("the command failed with code %s: %s", outcome.code, text)

@@ -131,9 +131,7 @@ def test_what_is_english_in_another_language_is_isolated(language: str) -> None:
     free = {"why": Message("why-damaged", {"file": "a.json", "detail": "no JSON"})}
     said = sentence("event-no_saved_state", free, language=language)
     assert (isolated("no JSON") in said) is (language != "en")
-    error = sentence(
-        "answer-model_unusable", {"why": Message("error-not_utf8")}, language=language
-    )
+    error = sentence("answer-model_unusable", {"why": Message("error-not_utf8")}, language=language)
     assert (isolated("The file is not UTF-8 text.") in error) is (language != "en")
     assert ISOLATE not in sentence("answer-unknown_output", {"names": ("X_um",)}, language=language)
 

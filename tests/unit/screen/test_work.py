@@ -389,6 +389,7 @@ def test_folders_are_private_from_the_first_moment(tmp_path: Path) -> None:
 def test_everybody_has_one_place_and_a_kind_leaves_some_to_the_others(tmp_path: Path) -> None:
     work = Work(PYTHON, where=tmp_path)
     with work.place("novak", kind="export", most=2):
+        assert [work.is_held_by(one) for one in ("novak", "svoboda")] == [True, False]
         with pytest.raises(BusyError) as own, work.place("novak"):
             pass
         assert own.value.own

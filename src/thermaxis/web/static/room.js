@@ -15,10 +15,11 @@ const room = document.body.dataset.page;
 /** Ends the command that runs. @type {AbortController | null} */
 let running = null;
 
-/** A text with the options of commands called as the fields of the page that they are.
+/** A text with the signs of units, and options of commands called as the fields of the page that they are.
  * @param {string} text @param {HTMLElement[]} fields those that are named are added */
 export function inOwnWords(text, fields = []) {
-  return text.replace(/--([a-z]+(?:-[a-z]+)*)/g, (option, name) => {
+  const signed = text.replace(/\bdegC\b/g, "°C").replace(/(?<=\d\s?)um\b/g, "µm");
+  return signed.replace(/--([a-z]+(?:-[a-z]+)*)/g, (option, name) => {
     const wanted = `[name=${name.replaceAll("-", "_")}]`;
     const field = /** @type {HTMLInputElement | null} */ (
       document.querySelector(`main details[open] ${wanted}`) ?? document.querySelector(`main ${wanted}`));
@@ -79,10 +80,9 @@ export async function work(path, body, read) {
     const since = duration((performance.now() - begunMs) / 1000);
     say(byId("step"), `${word(`room-step_${step}`)} ${since}`);
   };
-  const look = async () => {
-    const answer = await fetch(`/${room}/progress`).catch(() => null);
-    tell(answer?.ok ? String((await answer.json()).step ?? "") : "");
-  };
+  const progress = () => fetch(`/${room}/progress`).then((one) => one.json()).catch(() => ({}));
+  const look = async () => tell(String((await progress()).step ?? ""));
+  const isHeld = async () => (await progress()).held === true;
   const buttons = /** @type {NodeListOf<HTMLButtonElement>} */ (
     document.querySelectorAll("main button.main"));
   for (const one of buttons) one.disabled = true;
@@ -90,6 +90,9 @@ export async function work(path, body, read) {
   byId("work").hidden = false;
   const timer = setInterval(() => void look(), LOOK_MS);
   const found = await told(path, body, read, running.signal);
+  while (running.signal.aborted && await isHeld()) { // until its place is free for what comes next
+    await new Promise((resolve) => { setTimeout(resolve, LOOK_MS / 5); });
+  }
   clearInterval(timer);
   running = null;
   byId("work").hidden = true;
@@ -175,7 +178,7 @@ export function numberCell(value, digits) {
 export function listed(title, rows) {
   if (!rows.length) return [];
   return section(title, made("ul", "", "", ...rows.map((one) =>
-    typeof one === "string" ? made("li", one) : one)));
+    typeof one === "string" ? made("li", inOwnWords(one)) : one)));
 }
 
 /** @param {string} title @param {HTMLElement[]} content @returns {HTMLElement[]} */

@@ -192,11 +192,15 @@ class Work:
         """Return a new folder that nobody else can read."""
         return WorkFolder(Path(tempfile.mkdtemp(dir=self._private())))
 
+    def is_held_by(self, owner: str) -> bool:
+        """Return whether something of somebody runs or waits."""
+        return any(taken.owner == owner for taken in self._places)
+
     @contextlib.contextmanager
     def place(self, owner: str = "", *, kind: str = "", most: int | None = None) -> Generator[None]:
         """Take a place among those that run or wait, from before an upload until after its run."""
         kinds = sum(taken.kind == kind for taken in self._places)
-        has_one = bool(owner) and any(taken.owner == owner for taken in self._places)
+        has_one = bool(owner) and self.is_held_by(owner)
         if has_one or len(self._places) >= self._most or (most is not None and kinds >= most):
             raise BusyError(own=has_one)
         mine = _Place(owner, kind)

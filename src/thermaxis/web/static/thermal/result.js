@@ -99,7 +99,7 @@ function logParts({ name, told }) {
 function findingsOf(found, mark = (/** @type {Data} */ _) => "") {
   return [...new Set(found.map(({ remedy }) => remedy))].map((remedy) => {
     const alike = found.filter((one) => one.remedy === remedy);
-    const rows = alike.map((one) => made("li", [one.text, mark(one),
+    const rows = alike.map((one) => made("li", [inOwnWords(one.text), mark(one),
       one.time_s && `(${word("thermal-between",
         { from: duration(one.time_s[0]), to: duration(one.time_s[1]) })})`].filter(Boolean).join(" ")));
     return made("li", remedy, alike[0].serious ? "bench-serious" : "", made("ul", "", "", ...rows));
@@ -216,7 +216,7 @@ function plcOf(entry) {
     const asked = [...askedBy(form)].map(([name, value]) => [name, value.replaceAll(",", ".")]);
     const found = await work("/thermal/export", { model: entry.id, ...Object.fromEntries(asked) });
     if (!found) return;
-    told.replaceChildren(...listed(word("thermal-warnings"), found.warnings.map((/** @type {string} */ one) => inOwnWords(one))),
+    told.replaceChildren(...listed(word("thermal-warnings"), found.warnings),
       button(word("thermal-take_plc"), () => void download(`/thermal/plc/${entry.id}`)));
     told.querySelector("button")?.focus();
   });
