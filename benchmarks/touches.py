@@ -64,9 +64,10 @@ def plan_of(minutes: float, noise_um: float, seed: int) -> TouchPlan:
     return replace(plan, rules=replace(plan.rules, noise_um=noise_um))
 
 
-def touched(log: ThermalLog, plan: TouchPlan) -> ThermalLog:
+def touched(log: ThermalLog, first_row: int, plan: TouchPlan) -> ThermalLog:
     """Return a log in which displacements stand where `verify` touches, with its noise."""
-    interval = np.floor((log.time_s - log.time_s[0] - plan.first_s) / (plan.every_s or 1.0) + 1e-9)
+    since_s = log.time_s - log.time_s[first_row] - plan.first_s
+    interval = np.floor(since_s / (plan.every_s or 1.0) + 1e-9)
     rows = np.unique(interval, return_index=True)[1]
     columns = dict(log.columns)
     for number, name in enumerate(CHANNELS):
@@ -90,7 +91,7 @@ def judged(
     log: ThermalLog, learn: Sequence[int], judge: tuple[int, int], plan: TouchPlan
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return errors by rule and channel, shares within two sigma, and the mean likely drift."""
-    model = learnt(touched(log, plan).span(learn[0], learn[1]))
+    model = learnt(touched(log, judge[0], plan).span(learn[0], learn[1]))
     outputs = verify(model, [log], rows=judge, touches=plan).logs[0].outputs
     found = [o.touched for o in outputs if o.touched is not None]
     mae = np.array([[getattr(f, rule).mae_um for f in found] for rule in RULES])

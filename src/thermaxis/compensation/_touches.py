@@ -1,8 +1,8 @@
 """What touches of the machine's own probe add: an offset per output, by a scalar Kalman filter.
 
 What the model leaves of a displacement is an offset b that no input explains: a random walk, of
-which nothing is known at first but that it is of the size sigma0 (Kalman 1960; Bar-Shalom, Li and
-Kirubarajan 2001, chapters 5 and 3.4 for the gate)::
+which nothing is known at first but that it is of the size sigma0 (Kalman 1960; this and Page 1954
+from memory)::
 
     b(t + dt) = b(t) + v          var v = q dt                                                  (1)
 
@@ -338,5 +338,5 @@ def _usable(touch: Touch) -> bool:
         number(touch.time_s),
         number(noise_um, LARGEST_LIMIT_UM),
     )
-    named = isinstance(touch.output, str)  # pyright: ignore[reportUnnecessaryIsInstance] - whatever is sent
+    named = isinstance(touch.output, str) and isinstance(touch.number, int)  # pyright: ignore[reportUnnecessaryIsInstance] - whatever is sent
     return named and None not in numbers and noise_um >= SMALLEST_NOISE_UM

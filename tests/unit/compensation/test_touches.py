@@ -244,6 +244,7 @@ def test_a_touch_is_untimely_where_what_was_in_force_is_not_known() -> None:
         ({"noise_um": math.nan}, TouchOutcome.UNUSABLE),
         ({"time_s": math.inf}, TouchOutcome.UNUSABLE),
         ({"output": ["Z_um"]}, TouchOutcome.UNUSABLE),
+        ({"number": np.array([1, 2])}, TouchOutcome.UNUSABLE),
         ({"output": "X_um"}, TouchOutcome.UNKNOWN_OUTPUT),
         ({"number": 1}, TouchOutcome.REPEATED),
     ],

@@ -50,6 +50,13 @@ def test_an_offset_is_gone_after_a_touch_and_a_second_one_where_it_is_large() ->
     assert (found.touches, found.excluded) == (12, 1), "one more when the offset has arrived"
 
 
+def test_the_first_row_of_the_log_and_the_first_that_counts_are_touched() -> None:
+    offset_um = np.where(np.arange(600) < 75, 0.0, 2.0)
+    found = touched(warmed(offset_um), EXACT, rows=(75, 600))
+    assert found.touches == 2 + 9, "at 0, 15, 75, 135, ... min"
+    assert found.with_offset.mae_um == pytest.approx(2.0 / 525, abs=0.02), "gone after one row"
+
+
 def test_what_each_rule_leaves_is_what_it_is_called() -> None:
     offset_um = 0.02 * np.arange(600.0)
     log = warmed(offset_um)

@@ -43,8 +43,8 @@ class TouchPlan:
     """The measured displacement is touched so often, at once again where another touch is wanted;
     None where columns hold the touches. [s]"""
     first_s: float = 0.0
-    """Time after the first row from which on the intervals count; the first row is touched, too.
-    [s]"""
+    """Time after the first row that counts in the figures from which on the intervals count, before
+    and after; the first row of the log is touched, too. [s]"""
     channels: Mapping[str, str] = field(default_factory=dict[str, str])
     """Column of touches by output: displacements, with the zero of the measured one."""
     rules: TouchRules = _RULES
@@ -142,7 +142,8 @@ def touched_run(
     compensation = compensation_along(
         log, model, {output.name: own}, touches={output.name: rules}, **options
     )
-    due = _due(plan, log.time_s, ~np.isnan(touched_um))
+    first, behind = (int(np.flatnonzero(counted)[k]) for k in (0, -1))
+    due = _due(plan, log.time_s - log.time_s[first], ~np.isnan(touched_um))
     model_um, correction_um, held_um = (np.zeros(log.rows) for _ in range(3))
     held_um += level_um
     seen: list[_Seen] = []
@@ -175,7 +176,6 @@ def touched_run(
         measured_um - model_um,
         measured_um + correction_um,
     )
-    first, behind = (int(np.flatnonzero(counted)[k]) for k in (0, -1))
     judged = [abs(one.ratio) <= 2.0 for one in seen if first <= one.row <= behind]
     before = [one for one in seen if one.row < first]
     errors = [_error(e[counted], plan.tolerance_um) for e in left]
@@ -194,8 +194,7 @@ def _due(plan: TouchPlan, time_s: FloatArray, able: NDArray[np.bool_]) -> NDArra
     if plan.every_s is None:
         return able
     rows = np.flatnonzero(able)
-    since_s = time_s[rows] - time_s[0] - plan.first_s
-    interval = np.floor(since_s / plan.every_s + _ROUNDING)
+    interval = np.floor((time_s[rows] - plan.first_s) / plan.every_s + _ROUNDING)
     due = np.zeros_like(able)
     due[rows[np.unique(interval, return_index=True)[1]]] = True
     return due
