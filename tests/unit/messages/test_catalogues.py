@@ -18,6 +18,7 @@ from thermaxis.compensation import (
     RequestKind,
     SampleQuality,
     SupervisorState,
+    TouchOutcome,
 )
 from thermaxis.messages import FREE_TEXT, LANGUAGES, keys, template
 from thermaxis.runtime import ALARMS, PRIORITIES, LoopAnswer, Role
@@ -40,6 +41,7 @@ CODES: dict[str, set[str]] = {
     "sensor_cause": set(SampleQuality) - {"good", "redundant"},
     "model_quality": set(Quality),
     "request": set(RequestKind),
+    "touch": set(TouchOutcome),
     "answer": {*AnswerCode, *LoopAnswer},
     "role": set(Role),
     "priority": set(PRIORITIES),

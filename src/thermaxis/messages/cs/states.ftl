@@ -79,3 +79,12 @@ outcome-input_failed = vstup vypadl na delší dobu, než smí být podržen
 outcome-diameter_held = průměr obrobku leží mimo rozsah zesílení: platí krajní hodnota
 outcome-diameter_unknown = není zadán průměr obrobku: platí zesílení ve středu nástroje
 outcome-outside_validity = vstup leží mimo rozsah, ze kterého model vznikl
+
+touch-believed = dotyk obnovil posunutí
+touch-confirmed = dva dotyky se shodují a obnovily posunutí: dotkněte se znovu, až bude dosaženo
+touch-excluded = dotyk neodpovídá tomu, co je známo: dotkněte se podruhé
+touch-repeated = tento dotyk byl už znám
+touch-untimely = není známo, co při dotyku působilo
+touch-unusable = dotyk není číslo, které může stroj ukázat
+touch-unknown_output = u tohoto výstupu se na dotyky nehledí
+touch-no_effect = dotyky korekci nevidí, nebo s opačným znaménkem: jejich posunutí je vypnuto, dokud je někdo nepotvrdí

@@ -79,3 +79,12 @@ outcome-input_failed = ein Eingang fiel länger aus, als er gehalten werden darf
 outcome-diameter_held = der Durchmesser des Werkstücks liegt außerhalb des Bereichs der Verstärkungen: der Endwert gilt
 outcome-diameter_unknown = kein Durchmesser des Werkstücks ist angegeben: die Verstärkung am Werkzeugmittelpunkt gilt
 outcome-outside_validity = ein Eingang liegt außerhalb des Bereichs, aus dem das Modell stammt
+
+touch-believed = die Antastung erneuert den Versatz
+touch-confirmed = zwei Antastungen stimmen überein und erneuern den Versatz: noch einmal antasten, sobald er erreicht ist
+touch-excluded = die Antastung passt nicht zu dem, was bekannt ist: ein zweites Mal antasten
+touch-repeated = diese Antastung war schon bekannt
+touch-untimely = was beim Antasten wirkte, ist nicht bekannt
+touch-unusable = die Antastung ist keine Zahl, die eine Maschine zeigen kann
+touch-unknown_output = für diesen Ausgang zählen keine Antastungen
+touch-no_effect = Antastungen sehen die Korrektur nicht, oder mit falschem Vorzeichen: ihr Versatz ist aus, bis jemand quittiert

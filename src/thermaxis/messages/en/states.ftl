@@ -93,3 +93,14 @@ outcome-input_failed = an input failed for longer than it may be held
 outcome-diameter_held = the workpiece's diameter lies outside the gains' range: the end value is held
 outcome-diameter_unknown = no workpiece diameter is stated: the gain at the tool centre point is used
 outcome-outside_validity = an input lies outside the range that the model was made from
+
+## What became of a touch
+
+touch-believed = the touch renews the offset
+touch-confirmed = two touches agree and renew the offset: touch again when it has arrived
+touch-excluded = the touch does not fit what is known: touch a second time
+touch-repeated = this touch was known already
+touch-untimely = what was in force when it was touched is not known
+touch-unusable = the touch is no number that a machine can show
+touch-unknown_output = no touches are looked at for this output
+touch-no_effect = touches do not see the correction, or with the wrong sign: their offset is off until somebody acknowledges
