@@ -80,11 +80,11 @@ outcome-diameter_held = průměr obrobku leží mimo rozsah zesílení: platí k
 outcome-diameter_unknown = není zadán průměr obrobku: platí zesílení ve středu nástroje
 outcome-outside_validity = vstup leží mimo rozsah, ze kterého model vznikl
 
-touch-believed = dotyk obnovil posunutí
-touch-confirmed = dva dotyky se shodují a obnovily posunutí: dotkněte se znovu, až bude dosaženo
+touch-believed = dotyk obnovil posun
+touch-confirmed = dva dotyky se shodují a obnovily posun: dotkněte se znovu, až bude dosažen
 touch-excluded = dotyk neodpovídá tomu, co je známo: dotkněte se podruhé
 touch-repeated = tento dotyk byl už znám
 touch-untimely = není známo, co při dotyku působilo
 touch-unusable = dotyk není číslo, které může stroj ukázat
 touch-unknown_output = u tohoto výstupu se na dotyky nehledí
-touch-no_effect = dotyky korekci nevidí, nebo s opačným znaménkem: jejich posunutí je vypnuto, dokud je někdo nepotvrdí
+touch-no_effect = dotyky korekci nevidí, nebo s opačným znaménkem: jejich posun je vypnut, dokud to někdo nepotvrdí
