@@ -1,5 +1,6 @@
 """The library and the blocks that call it, in every dialect: forms, equality, mutants."""
 
+import math
 import os
 import re
 import shutil
@@ -207,6 +208,29 @@ def test_the_model_alone_is_the_model_of_the_cycle_with_its_limits_and_its_rate(
         assert first.values() == blocks[1].values()
     assert before == [0.0] * len(outputs)  # it was switched off, and went to zero
     assert settled > 0
+
+
+@pytest.mark.parametrize("language", ["st", "c"])
+def test_the_model_alone_keeps_the_last_plausible_diameter_and_says_that_it_does(
+    language: str,
+) -> None:
+    settings = next(
+        s for s in map(random_settings, range(20)) if s.compensation.model.layout.gained
+    )
+    whole = Block(settings=settings, model_only=True)
+    odd, twin = Compiled(whole, language=language), Compiled(whole, language=language)
+    warm = {f"t_{stem}": 24.0 for stem in settings.names.channels}
+    for block in (odd, twin):
+        block.tell({**warm, "enable": True, "diameter_known": True, "diameter_mm": 120.0})
+    for k in range(300):
+        values = {name: 24.0 + 0.002 * k for name in warm}
+        diameter_mm = (math.nan, math.inf, -1.0, 1.0e30)[k % 4]
+        odd.tell({**values, "diameter_mm": diameter_mm})
+        twin.tell(values)
+        said, meant = odd.values(), twin.values()
+        assert (said.pop("inputs_ok"), meant.pop("inputs_ok")) == (False, True)
+        assert not said.pop("settled")
+        assert said == {name: value for name, value in meant.items() if name != "settled"}
 
 
 # ---- forms --------------------------------------------------------------------------------------
