@@ -223,7 +223,7 @@ def test_the_model_alone_keeps_the_last_plausible_diameter_and_says_that_it_does
     for block in (odd, twin):
         block.tell({**warm, "enable": True, "diameter_known": True, "diameter_mm": 120.0})
     for k in range(300):
-        values = {name: 24.0 + 0.002 * k for name in warm}
+        values = dict.fromkeys(warm, 24.0 + 0.002 * k)
         diameter_mm = (math.nan, math.inf, -1.0, 1.0e30)[k % 4]
         odd.tell({**values, "diameter_mm": diameter_mm})
         twin.tell(values)
