@@ -2,14 +2,16 @@
 
 The wheel is built and installed in an environment of its own; a headless Chromium drops the
 examples: a run to its saved certificate, two logs to a verified model, by mouse and then by
-keyboard alone (a file's own dialog is the system's: the file is handed over), and a log of 72 h at
-1 Hz. Times count from the click or the start of the program, by this script's clock; figures and
-charts by the page's own. The exit code is 1 where an aim is missed.
+keyboard alone (a file's own dialog is the system's: the file is handed over), ten runs whose
+figures must be those of the command to the last digit, and a log of 72 h at 1 Hz. Times count from
+the click or the start of the program, by this script's clock; figures and charts by the page's own.
+The exit code is 1 where an aim is missed.
 
     python benchmarks/app_from_wheel.py [--browser PATH] [--without-keyboard]
 """
 
 import argparse
+import json
 import os
 import subprocess
 import sys
@@ -105,6 +107,33 @@ def certificate(page: Page, to: Path, *, keyboard: bool) -> None:
         missed.append("a certificate that is a PDF")
 
 
+def same_numbers(page: Page, python: Path, folder: Path) -> None:
+    """Hold the figures that the page shows of ten runs against those of the command."""
+    kinds = ("value", "expanded_uncertainty", "drift_free", "drift_free_expanded_uncertainty")
+    alike = 0
+    for seed in range(10):
+        run, told = folder / f"run{seed}.csv", folder / "told.json"
+        for words in (
+            ["generate", "x-axis", "--cycles", "5", "--seed", str(seed), "-o", run],
+            ["evaluate", run, "--json", told],
+        ):
+            command = [python, "-m", "thermaxis", *words]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        page.set_input_files("input[name=file]", run)
+        page.click("#run-submit")
+        expect(page.locator("#run-result")).to_be_visible(timeout=LONGEST_MS)
+        expect(page.locator("#run-name")).to_have_text(run.name)
+        cells = page.locator("#run-shown table").first.locator("td.number")
+        shown = cells.evaluate_all("(all) => all.map((one) => one.dataset.value)")
+        stated = [
+            row[kind] for row in json.loads(told.read_text())["figure_table"] for kind in kinds
+        ]
+        alike += [float(one) for one in shown if one] == [one for one in stated if one is not None]
+    said("runs of ten with the command's numbers", alike, "")
+    if alike < 10:
+        missed.append("the numbers of the command")
+
+
 def model(page: Page, *, keyboard: bool) -> None:
     """Take two logs to a verified model."""
     act = (lambda selector: press(page, selector)) if keyboard else page.click
@@ -181,6 +210,7 @@ def main() -> int:
                 hand = "keyboard" if keyboard else "mouse"
                 page = browser.new_page(viewport={"width": 1366, "height": 768})
                 weights: list[int] = []
+                page.on("dialog", lambda asked: asked.accept())
                 page.on("requestfinished", lambda one, to=weights: to.append(
                     max(0, one.sizes()["responseBodySize"])  # what is kept counts as -1
                 ))  # fmt: skip
@@ -189,6 +219,8 @@ def main() -> int:
                 certificate(page, folder / "certificate.pdf", keyboard=keyboard)
                 what = "from the start" if not keyboard else "by keyboard, from the start"
                 said(f"certificate, {what}", time.perf_counter() - begun_s)
+                if not keyboard:
+                    same_numbers(page, python, folder)
                 at_s = time.perf_counter()
                 weights.clear()
                 page.goto(address.partition("?")[0] + "thermal", wait_until="networkidle")

@@ -32,8 +32,11 @@ PARTS = ("dc_gain", "direct_gain", "gains", "time_constants_s", "delay_s")
 @pytest.fixture
 def page(app: App, browser: Browser) -> Iterator[Page]:
     found = opened(browser, app)
+    sizes: list[int] = []
+    found.on("requestfinished", lambda one: sizes.append(one.sizes()["responseBodySize"]))
     found.on("dialog", lambda asked: asked.accept())
-    found.goto(found.url.rstrip("/") + "/thermal")
+    found.goto(found.url.rstrip("/") + "/thermal", wait_until="networkidle")
+    assert 0 < sum(sizes) < 300_000
     yield found
     clear(found)
     assert FAULTS[found] == []
@@ -103,6 +106,7 @@ def test_two_logs_become_a_verified_model_with_the_numbers_of_the_commands(
         model.get_by_text(sentence("thermal-take_model"), exact=True).click()
     own, theirs = (json.loads(Path(one).read_text()) for one in (taken.value.path(), file))
     assert own["outputs"] == theirs["outputs"]
+    readable(page)
 
 
 def test_the_same_by_keyboard_alone(page: Page) -> None:
@@ -161,21 +165,3 @@ def test_a_text_is_refused_and_work_can_be_cancelled_without_loss(page: Page) ->
     expect(page.locator("#logs li")).to_have_count(2)
     page.click("#identify .main")
     card(page, "model")
-
-
-def test_the_page_is_readable_for_everybody_in_every_language_and_size(
-    app: App, browser: Browser
-) -> None:
-    page = opened(browser, app)
-    page.on("dialog", lambda asked: asked.accept())
-    sizes: list[int] = []
-    page.on("requestfinished", lambda one: sizes.append(one.sizes()["responseBodySize"]))
-    page.goto(page.url.rstrip("/") + "/thermal")
-    page.wait_for_load_state("networkidle")
-    assert sum(sizes) < 300_000
-    dropped(page)
-    page.click("#identify .main")
-    card(page, "model")
-    readable(page)
-    clear(page)
-    page.context.close()

@@ -306,6 +306,11 @@ if "--report=certificate.pdf" in sys.argv:
           "files": {{p.name: p.read_text() for p in Path(".").glob("*.toml")}},
           "runs": [p.name for p in Path(".").glob("run*")]}}
     ))
+for option, _, name in (word.partition("=") for word in sys.argv):
+    if option == "--figures":
+        Path(name).mkdir()
+    if option in ("--report", "--output") and not Path(name).exists():
+        Path(name).write_text(option)
 """
 
 
@@ -649,6 +654,16 @@ def test_what_is_made_of_a_run_is_made_once_when_it_is_asked_for(stage: Stage) -
     assert not (folder / "certificate.pdf").exists()
     made = [stage.get(f"/positioning/certificate/{key}").content for _ in range(2)]
     assert made[0] == made[1] == (folder / "certificate.pdf").read_bytes()
+    for kind, name in (
+        ("page", "certificate.html"),
+        ("dcc", "certificate.xml"),
+        ("charts", "charts.zip"),
+        ("csv", "run.tidy.csv"),
+        ("json", "results.json"),
+    ):
+        answer = stage.get(f"/positioning/{kind}/{key}")
+        assert answer.headers["content-disposition"] == f'attachment; filename="a-{name}"'
+        assert (folder / name).read_bytes() == answer.content
 
 
 def test_a_full_disk_is_told_in_words(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
