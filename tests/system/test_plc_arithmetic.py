@@ -30,9 +30,9 @@ def largest_difference_um(model: CompensationModel, *, compensated: bool) -> tup
     single = in_real(model, compensated=compensated)
     largest_um = highest_um = lowest_um = 0.0
     for inputs, wanted in scenario_steps(wide(model, double=True), hours=8.0, seed=1):
-        said, wanted_um = single.step(inputs), wanted.model_um[0]
-        assert said.state == wanted.state
-        largest_um = max(largest_um, abs(said.model_um[0] - wanted_um))
+        said, wanted_um = single.step(inputs), wanted["model_z_um"]
+        assert said["state"] == wanted["state"]
+        largest_um = max(largest_um, abs(said["model_z_um"] - wanted_um))
         highest_um, lowest_um = max(highest_um, wanted_um), min(lowest_um, wanted_um)
     return largest_um, highest_um - lowest_um
 
@@ -68,8 +68,10 @@ def largest_after_a_step_um(model: CompensationModel, *, compensated: bool) -> f
         rise_k = 0.09 * min(call, 100)
         # A count of the sensor to and fro: a value that does not change at all is not believed.
         count_k = 0.005 * (call // 7200 % 2)
-        inputs = calm._replace(temperatures_c=(20.0 + rise_k + count_k, 20.0), enable=call > 0)
-        pair = [block.step(inputs).model_um[0] for block in blocks]
+        temperatures_c = (20.0 + rise_k + count_k, 20.0)
+        names = [f"t_{stem}" for stem in settings.names.channels]
+        told = {**calm, **dict(zip(names, temperatures_c, strict=True)), "enable": call > 0}
+        pair = [block.step(told)["model_z_um"] for block in blocks]
         largest_um = max(largest_um, abs(pair[0] - pair[1]))
     return largest_um
 

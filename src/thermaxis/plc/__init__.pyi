@@ -56,8 +56,6 @@ from .vectors import (
     TOLERANCE_UM as TOLERANCE_UM,
     CallSequence as CallSequence,
     CycleBlock as CycleBlock,
-    PlcInputs as PlcInputs,
-    PlcOutputs as PlcOutputs,
     PlcStep as PlcStep,
     SelfTest as SelfTest,
     Vectors as Vectors,

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from tests.unit.plc.equal_parts import CBlock, CLibrary, c_block, c_library, columns, st_block
-from thermaxis.plc import Block, PlcInputs, PlcOutputs, PlcSettings
-from thermaxis.plc.vectors import by_variable, variable_names
+from thermaxis.plc import Block, PlcSettings
 
 MOST_INSTANCES = 8
 
@@ -39,7 +38,6 @@ class Compiled:
         self._kinds = {
             v.name: v.kind.value for v in (*block.interface.inputs, *block.interface.outputs)
         }
-        self._names = block.settings.names
         self._in = np.zeros(1 + len(self._inputs))
         self._out = np.zeros(len(self._outputs))
         self._values: dict[str, Any] = {}
@@ -83,12 +81,10 @@ class Compiled:
             setattr(self, name, value)
         self.call()
 
-    def step(self, inputs: PlcInputs) -> PlcOutputs:
+    def step(self, told: Mapping[str, Any]) -> dict[str, Any]:
         """Do what one call of the block does."""
-        self.tell(by_variable(self._names, inputs))
-        said = variable_names(self._names, PlcOutputs._fields).values()
-        of = self._values
-        return PlcOutputs(*(of[n] if isinstance(n, str) else tuple(of[k] for k in n) for n in said))
+        self.tell(told)
+        return self.values()
 
 
 _DOUBLES = ctypes.POINTER(ctypes.c_double)

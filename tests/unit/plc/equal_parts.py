@@ -24,11 +24,9 @@ from thermaxis.plc import (
     TOLERANCE_UM,
     Block,
     CycleBlock,
-    PlcOutputs,
     PlcSettings,
     PlcStep,
 )
-from thermaxis.plc.vectors import by_variable
 
 Row = tuple[float | bool | int, ...]
 Numbers = Any
@@ -90,17 +88,17 @@ class Seen:
         self.channels.add(len(settings.names.channels))
         self.tables.add(any(part.gain_by_diameter for part in parts))
 
-    def add(self, before: PlcOutputs | None, said: PlcOutputs, *, restart: bool) -> None:
-        self.states.add(said.state)
-        if before is not None and not restart:
-            self.transitions.add((before.state, said.state))
-        self.reasons |= said.fault_word
-        self.outcomes |= said.outcome_word
-        self.qualities.update(said.qualities)
-        self.model_qualities.add(said.model_quality)
-        self.refused += said.refused
-        self.at_limit += any(said.at_limit)
-        self.weighted += any(0.0 < weight < 1.0 for weight in said.weight)
+    def add(self, before: Mapping[str, Any], said: Mapping[str, Any], *, restart: bool) -> None:
+        self.states.add(said["state"])
+        if before and not restart:
+            self.transitions.add((before["state"], said["state"]))
+        self.reasons |= said["fault_word"]
+        self.outcomes |= said["outcome_word"]
+        self.qualities.update(starting(said, "quality_"))
+        self.model_qualities.add(said["model_quality"])
+        self.refused += said["refused"]
+        self.at_limit += any(starting(said, "limit_"))
+        self.weighted += any(0.0 < weight < 1.0 for weight in starting(said, "weight_"))
         self.restarts += restart
         self.calls += 1
 
@@ -113,6 +111,11 @@ class Seen:
         self.outcomes |= other.outcomes
         for name in ("refused", "at_limit", "weighted", "restarts", "calls"):
             setattr(self, name, getattr(self, name) + getattr(other, name))
+
+
+def starting(said: Mapping[str, Any], prefix: str) -> list[Any]:
+    """Return the outputs whose names start so."""
+    return [value for name, value in said.items() if name.startswith(prefix)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,13 +142,13 @@ def recorded(settings: PlcSettings, steps: Iterable[PlcStep], seen: Seen | None 
     rows: list[Row] = []
     starts: list[bool] = []
     wanted: list[Row] = []
-    before: PlcOutputs | None = None
+    before: Mapping[str, Any] = {}
     for inputs, outputs in steps:
         starts.append(not rows)  # from then on `init` alone begins anew
-        rows.append(told(by_variable(settings.names, inputs)))
-        wanted.append(said(by_variable(settings.names, outputs)))
+        rows.append(told(inputs))
+        wanted.append(said(outputs))
         if seen is not None:
-            seen.add(before, outputs, restart=inputs.init)
+            seen.add(before, outputs, restart=inputs["init"])
         before = outputs
     return Record(names_out, rows, starts, np.array(wanted, dtype=np.float64))
 

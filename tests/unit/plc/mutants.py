@@ -22,7 +22,7 @@ from tests.unit.plc.equal_parts import (
     difference,
     recorded,
 )
-from tests.unit.plc.plc_scenarios import MoodPlant, inputs_of, quiet_inputs
+from tests.unit.plc.plc_scenarios import MoodPlant, corrections_of, quiet_inputs
 from tests.unit.plc.st_to_c import st_as_c
 from tests.unit.plc.test_block import every_stated, some_settings
 from thermaxis.plc import Block, CycleBlock, PlcSettings, PlcStep, st_library
@@ -103,9 +103,8 @@ def _stated(settings: PlcSettings, rows: list[dict[str, Any]], values: list[floa
     steps: list[PlcStep] = []
     for call, row in enumerate(rows):
         told = quiet_inputs(settings, values, sent) | {"enable": call > 0} | row
-        inputs = inputs_of(settings, told)
-        steps.append(PlcStep(inputs, block.step(inputs)))
-        sent = steps[-1].outputs.correction_um
+        steps.append(PlcStep(told, block.step(told)))
+        sent = corrections_of(settings, steps[-1].outputs)
     return recorded(settings, steps)
 
 

@@ -25,8 +25,8 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.files import read_model
-from thermaxis.plc import CycleBlock, PlcInputs, PlcOutputs, PlcSettings, PlcStep, export_settings
-from thermaxis.plc.vectors import ODD, by_variable, variable_names
+from thermaxis.plc import CycleBlock, PlcSettings, PlcStep, export_settings
+from thermaxis.plc.vectors import ODD
 
 STATES = list(SupervisorState)
 REASONS = list(Reason)
@@ -162,11 +162,9 @@ def wide(model: CompensationModel, *, double: bool) -> PlcSettings:
     return export_settings(compensation, cycle_s=1.0, name="axis", double=double)
 
 
-def inputs_of(settings: PlcSettings, told: Mapping[str, Any]) -> PlcInputs:
-    """Return the inputs of a call that are stated by the names of the block."""
-    told = {"init": False, **told}
-    names = variable_names(settings.names, PlcInputs._fields).values()
-    return PlcInputs(*(told[n] if isinstance(n, str) else tuple(told[k] for k in n) for n in names))
+def corrections_of(settings: PlcSettings, said: Mapping[str, Any]) -> tuple[float, ...]:
+    """Return the corrections of a call by output. [µm]"""
+    return tuple(said[f"correction_{stem}"] for stem in settings.names.outputs)
 
 
 class MoodPlant:
@@ -191,10 +189,10 @@ class MoodPlant:
         self.moods[name] = self.rng.random() >= end if now else self.rng.random() < begin
         return self.moods[name]
 
-    def write(self, said: PlcOutputs) -> None:
+    def write(self, said: Mapping[str, Any]) -> None:
         """Take what the block says; in Off or out of reach somebody else may set an offset."""
-        if said.linked and said.state != 0:
-            self.sent = list(said.correction_um)
+        if said["linked"] and said["state"] != 0:
+            self.sent = list(corrections_of(self.settings, said))
         elif self.rng.random() < 0.1:
             self.sent = [self.rng.choice((0.0, 1.5, -3.0, 4.0, 40.0)) for _ in self.sent]
 
@@ -266,10 +264,10 @@ class MoodPlant:
         """Yield calls of a block; the PLC is switched off and on now and then."""
         for call in range(calls):
             init = call > 0 and self.rng.random() < 0.004
-            inputs = inputs_of(self.settings, self.inputs())._replace(init=init)
-            said = block.step(inputs)
+            told = self.inputs() | {"init": init}
+            said = block.step(told)
             self.write(said)
-            yield PlcStep(inputs, said)
+            yield PlcStep(told, said)
 
 
 def quiet_inputs(
@@ -310,10 +308,9 @@ def scenario_steps(settings: PlcSettings, *, hours: float, seed: int) -> Iterato
             for k in range(len(settings.names.channels))
         ]
         told = quiet_inputs(settings, [round(t, 2) for t in values], sent) | {"enable": call > 0}
-        inputs = inputs_of(settings, told)
-        said = block.step(inputs)
-        sent = said.correction_um
-        yield PlcStep(inputs, said)
+        said = block.step(told)
+        sent = corrections_of(settings, said)
+        yield PlcStep(told, said)
 
 
 class CycleDriver:
@@ -324,11 +321,11 @@ class CycleDriver:
 
     def told(self, told: Mapping[str, Any]) -> CycleOutput:
         """Do a call whose inputs are stated by the names of the block."""
-        self._said = self._block.step(inputs_of(self.settings, told))
+        self._said = self._block.step(told)
         self.calls += 1
         assert self._block.cycle_output is not None
         return self._block.cycle_output
 
     def by_name(self) -> dict[str, Any]:
         """Return what was said last by the names of the block."""
-        return by_variable(self.settings.names, self._said)
+        return self._said

@@ -28,7 +28,6 @@ from tests.unit.plc.equal_parts import (
 )
 from tests.unit.plc.mutants import every_mutant, unnoticed
 from tests.unit.plc.plc_scenarios import (
-    inputs_of,
     paper_model,
     quiet_inputs,
     random_settings,
@@ -188,7 +187,7 @@ def test_the_model_alone_is_the_model_of_the_cycle_with_its_limits_and_its_rate(
             20.0 + (0.01 * call if call < 250 else 2.5) + 0.3 * k for k in range(len(channels))
         ]
         told = quiet_inputs(settings, values, sent) | {"enable": False, "diameter_known": False}
-        said = cycle.step(inputs_of(settings, told))
+        said = cycle.step(told)
         enable = 5 < call < 350
         given = {f"t_{stem}": v for stem, v in zip(channels, values, strict=True)}
         for block in blocks:
@@ -196,13 +195,13 @@ def test_the_model_alone_is_the_model_of_the_cycle_with_its_limits_and_its_rate(
         first = blocks[0]
         for k, (stem, bounds) in enumerate(zip(outputs, settings.compensation.bounds, strict=True)):
             got = getattr(first, f"correction_{stem}")
-            assert getattr(first, f"model_{stem}") == said.model_um[k]
+            assert getattr(first, f"model_{stem}") == said[f"model_{stem}"]
             step_um = bounds.largest_rate_um_per_s * settings.cycle_s
             assert abs(got - before[k]) <= step_um * (1.0 + 1e-12)
             assert abs(got) <= bounds.largest_um
             if first.settled:
                 settled += 1
-                asked_um = -said.weight[k] * said.model_um[k]
+                asked_um = -said[f"weight_{stem}"] * said[f"model_{stem}"]
                 assert abs(got - asked_um) <= bounds.deadband_um + 1.0
             before[k] = got
         assert first.values() == blocks[1].values()

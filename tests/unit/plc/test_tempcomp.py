@@ -282,7 +282,7 @@ def test_the_guide_names_how_far_the_line_moves_in_one_call_and_it_moves_no_furt
     assert k0_step_mm == pytest.approx(np.max(fits[:, 1]), rel=2e-5)
     assert slope_step == pytest.approx(np.max(fits[:, 0]), rel=2e-5)
     cycle = CycleBlock(exported, line)
-    calls = [(inputs.init, dict(cycle.values())) for inputs, _ in course_of(cycle, exported)]
+    calls = [(inputs["init"], dict(cycle.values())) for inputs, _ in course_of(cycle, exported)]
     moved = [
         (abs(now["k0_mm"] - before["k0_mm"]), abs(now["slope"] - before["slope"]))
         for (_, before), (init, now) in pairwise(calls)

@@ -6,17 +6,11 @@ from ._phases import (
 )
 from ._reference import (
     CycleBlock as CycleBlock,
-    PlcInputs as PlcInputs,
-    PlcOutputs as PlcOutputs,
-    by_variable as by_variable,
-    variable_names as variable_names,
+    PlcStep as PlcStep,
 )
 from ._self_test import (
     SelfTest as SelfTest,
     self_test_of as self_test_of,
-)
-from ._simulated_plant import (
-    PlcStep as PlcStep,
 )
 from ._vectors import (
     LINE_LIMITED as LINE_LIMITED,

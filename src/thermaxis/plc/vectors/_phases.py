@@ -54,10 +54,10 @@ def _jump(plant: SimulatedPlant) -> Rows:
 
 
 def _enabled(plant: SimulatedPlant) -> Rows:
-    plant.usual = plant.usual._replace(enable=False)
+    plant.usual["enable"] = False
     yield 1, {}
     yield 1, {"reset": True}
-    plant.usual = plant.usual._replace(enable=True)
+    plant.usual["enable"] = True
     yield plant.ready_s(), {}
 
 
@@ -74,8 +74,8 @@ def _start(plant: SimulatedPlant) -> Rows:
     plant.again()
     channels = len(plant.base_c)
     yield 1, {"cycle_time_s": 5.0 * plant.cycle_s}
-    yield 1, {"ok": (False,) * channels}
-    yield 1, {"ok": (*(True,) * (channels - 1), False)}
+    yield 1, plant.told("ok", [False] * channels)
+    yield 1, plant.told("ok", [*[True] * (channels - 1), False])
     yield 1, {"hold": True}
     yield 4, {}
 
@@ -93,11 +93,11 @@ def _far(plant: SimulatedPlant) -> Rows:
 def _levels_at_the_start(plant: SimulatedPlant) -> Rows:
     """Start with every level TRUE, a trim, and an offset that cannot be read yet."""
     plant.again(plant.share_um(0.25))
-    levels = {"enable": True, "reset": True, "trims_um": plant.trims(0.5)}
+    levels = {"enable": True, "reset": True, **plant.trims(0.5)}
     yield 4, {**levels, "hold": True, "read_ok": False}
     yield 3, levels
     yield 3, {}
-    plant.usual = plant.usual._replace(enable=True)
+    plant.usual["enable"] = True
     yield plant.ready_s(), {}
     yield 20, {}
 
@@ -121,10 +121,10 @@ def _requests(plant: SimulatedPlant) -> Rows:
     yield from _active(plant)
     for k in range(len(plant.bounds)):
         for share in (0.5, 2.0, ODD[0]):
-            yield 3, {"trims_um": plant.trims(share, k)}
+            yield 3, plant.trims(share, k)
         yield 1, {}
     for share in (ODD[1], -0.25, 0.0):
-        yield 3, {"trims_um": plant.trims(share)}
+        yield 3, plant.trims(share)
     yield 4, {"hold": True}
     yield 4, {}
     yield 2, {"hold": True, "enable": False}
@@ -143,7 +143,7 @@ def _other_compensation(plant: SimulatedPlant) -> Rows:
     yield 1, {**other, "enable": False}
     yield 1, {**other, "hold": True}
     yield 1, {}
-    yield 1, {"enable": False, "trims_um": plant.trims(0.5)}
+    yield 1, {"enable": False, **plant.trims(0.5)}
     yield 1, {"enable": False}
     yield 1, {"enable": False, "reset": True}
     yield 1, {**other, "enable": True}
@@ -156,13 +156,14 @@ def _read_back(plant: SimulatedPlant) -> Rows:
     yield from _active(plant, 0.2)
     yield 20, {}
     rules = plant.rules
-    stuck = tuple([c + 4.0 * rules.read_back_tolerance_um for c in plant.offset_um])
-    yield 2, {"read_um": stuck}
+    stuck_um = [c + 4.0 * rules.read_back_tolerance_um for c in plant.offset_um]
+    stuck = plant.told("read", stuck_um)
+    yield 2, stuck
     yield 4, {}
-    yield plant.beyond(rules.read_back_s), {"read_um": stuck}
-    yield 4, {"read_um": stuck, "reset": True}
-    yield 4, {"read_um": tuple([0.5 * c for c in stuck])}
-    yield 3, {"read_um": (ODD[0],) * len(stuck)}
+    yield plant.beyond(rules.read_back_s), stuck
+    yield 4, {**stuck, "reset": True}
+    yield 4, plant.told("read", [0.5 * um for um in stuck_um])
+    yield 3, plant.told("read", [ODD[0]] * len(stuck_um))
     yield plant.beyond(rules.read_back_s), {"read_ok": False}
     yield from _enabled(plant)
 
@@ -177,7 +178,8 @@ def _cycle_times(plant: SimulatedPlant) -> Rows:
     yield plant.ready_s(), {}
     for seconds, ok in ((1.5 * plant.model.longest_gap_s, True), (ODD[1], False)):
         plant.now_c = [c - 0.25 for c in plant.now_c]
-        yield 1, {"cycle_time_s": seconds, "ok": (*plant.usual.ok[1:], ok)}
+        oks = plant.told("ok", [*[True] * (len(plant.base_c) - 1), ok])
+        yield 1, {"cycle_time_s": seconds, **oks}
         yield plant.ready_s(), {}
         yield 1, {"enable": False}
         yield 2, {}
@@ -186,11 +188,12 @@ def _cycle_times(plant: SimulatedPlant) -> Rows:
 def _found(plant: SimulatedPlant) -> Rows:
     """Find an offset that is too large, none that can be read, and another in every call of Off."""
     plant.again(plant.share_um(2.0))
-    large, zero = tuple(plant.offset_um), {"read_um": (0.0,) * len(plant.bounds)}
+    large = plant.told("read", plant.offset_um)
+    zero = plant.told("read", [0.0] * len(plant.bounds))
     yield 1, {}
-    yield 2, {"enable": True, "read_um": large}
-    yield 2, {"read_um": large}
-    yield 1, {"read_um": large, "reset": True}
+    yield 2, {"enable": True, **large}
+    yield 2, large
+    yield 1, {**large, "reset": True}
     yield 1, {**zero, "read_ok": False}
     yield 1, {**zero, "read_ok": False, "reset": True}
     yield 2, zero
@@ -206,11 +209,11 @@ def _found(plant: SimulatedPlant) -> Rows:
     yield 5, {"enable": True}
     yield 2, {}
     plant.again()
-    yield 2, {"read_um": (ODD[0],) * len(plant.bounds)}
+    yield 2, plant.told("read", [ODD[0]] * len(plant.bounds))
     yield 2, {"read_ok": False}
     yield 2, {"read_ok": False, "enable": True}
-    yield 3, {"read_um": large, "enable": True}
-    yield 1, {"read_um": large, "enable": True, "reset": True}
+    yield 3, {**large, "enable": True}
+    yield 1, {**large, "enable": True, "reset": True}
     plant.again(plant.share_um(-0.125))
     yield 1, {}
     yield from _enabled(plant)
@@ -221,7 +224,7 @@ def _odd_values(plant: SimulatedPlant) -> Rows:
     yield from _active(plant)
 
     def seen(k: int, value_c: float) -> dict[str, Any]:
-        return {"temperatures_c": (*plant.now_c[:k], value_c, *plant.now_c[k + 1 :])}
+        return plant.told("t", [*plant.now_c[:k], value_c, *plant.now_c[k + 1 :]])
 
     for k, rules in enumerate(plant.sensors):
         for odd in (*ODD, rules.lowest_c - 0.5, rules.highest_c + 0.5):
@@ -252,10 +255,10 @@ def _warm_up(plant: SimulatedPlant) -> Rows:
 def _losses(plant: SimulatedPlant) -> Rows:
     """Lose interlocks, connection, inputs, and hold: for a moment, as long as is held, longer."""
     rules, channels = plant.rules, len(plant.base_c)
-    first_input: dict[str, Any] = {"ok": (False, *(True,) * (channels - 1))}
+    first_input = plant.told("ok", [k > 0 for k in range(channels)])
     yield from _active(plant, 0.2)
     for k in range(channels):
-        yield 1, {"ok": tuple([i != k for i in range(channels)])}
+        yield 1, plant.told("ok", [i != k for i in range(channels)])
         yield 2, {}
     yield plant.beyond(rules.input_timeout_s), first_input
     yield plant.ready_s(), {}
@@ -288,11 +291,11 @@ def _limit(output: int, sign: float) -> Phase:
         plant.goal_c = goal_c
         yield from _jump(plant)
         plant.alive = True
-        while not plant.said.at_limit[output]:
+        while not plant.limited(plant.outputs[output]):
             yield 1, {}
-        plant.usual = plant.usual._replace(enable=True)
+        plant.usual["enable"] = True
         yield plant.ready_s(), {}
-        yield 1, {"trims_um": plant.trims(-sign, output)}
+        yield 1, plant.trims(-sign, output)
         yield plant.beyond(plant.rules.at_limit_s), {}
         plant.back()
         yield from _jump(plant)
@@ -308,7 +311,7 @@ def _still(plant: SimulatedPlant) -> Rows:
     All of that time but its last calls passes in a gap, which counts as any other.
     """
     yield from _active(plant)
-    trims = {"trims_um": plant.trims(0.5)}
+    trims = plant.trims(0.5)
     cycle_s = plant.cycle_s
     frozen_s = max(sensor.frozen_s for sensor in plant.sensors)
     for seconds, what, different in (

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
-from functools import cache
-from typing import Any, NamedTuple, TypeAlias, cast, final
+from operator import itemgetter
+from typing import Any, NamedTuple, cast, final
 
 from thermaxis.compensation import (
     LONGEST_STEP_CYCLES,
@@ -25,14 +25,22 @@ from thermaxis.compensation import (
     cycle_state,
 )
 from thermaxis.plc._block import LARGEST_READ, UNREAD_UM
+from thermaxis.plc._interface import Kind, interface_of
 from thermaxis.plc._line import LineSettings
-from thermaxis.plc._names import PlcNames
 from thermaxis.plc._numbers import rounded
 from thermaxis.plc._settings import PlcSettings
 
-Cell: TypeAlias = float | bool | int
-"""A value of the block."""
 _Floats = tuple[float, ...]
+_BY_OUTPUT = {
+    "correction": "correction_um",
+    "model": "model_um",
+    "wanted": "wanted_um",
+    "weight": "weight",
+    "limit": "at_limit",
+    "added": "trim_um",
+    "to_go": "to_go_um",
+}
+"""What `cycle` says of each output, by the prefix of the block's variable."""
 _RISING = "rising"
 _CALLS = 32_768
 _LARGEST_GAP_S = 1e9
@@ -42,96 +50,14 @@ _RATE_SHARE, _BAND_SHARE, _APART_UM = 2e-5, 2e-4, 0.02
 _PLACES = {id(member): k for one in _ENUMERATIONS for k, member in enumerate(one)}
 
 
-class PlcInputs(NamedTuple):
-    """Inputs of the block in one call, as `Interface` names them: those in the plural are tuples.
+@final
+class PlcStep(NamedTuple):
+    """One call: what goes in, and what must come out, by the names of the block's variables."""
 
-    Temperatures and their status by channel [degC], trims and what the control reports by output
-    [µm]; the time since the last call [s] and the diameter [mm]. Numbers may be NaN or infinite.
-    """
-
-    cycle_time_s: float
-    enable: bool
-    hold: bool
-    reset: bool
-    diameter_mm: float
-    diameter_known: bool
-    temperatures_c: _Floats
-    ok: tuple[bool, ...]
-    trims_um: _Floats
-    interlocks_met: bool
-    connected: bool
-    other_compensation: bool
-    read_um: _Floats
-    read_ok: bool
-    init: bool = False
-
-
-class PlcOutputs(NamedTuple):
-    """Outputs of the block after one call, as `Interface` names them.
-
-    By output what is written, what the model says, what is wanted before rate and supervisor, trim
-    and distance [µm], weight [1] and limit; by part what it contributes [µm]; by channel its place
-    in `SampleQuality`. State and words are places and bits of the enumerations. [1]
-    """
-
-    correction_um: _Floats
-    model_um: _Floats
-    wanted_um: _Floats
-    weight: _Floats
-    at_limit: tuple[bool, ...]
-    added_um: _Floats
-    to_go_um: _Floats
-    parts_um: _Floats
-    qualities: tuple[int, ...]
-    state: int
-    enabled: bool
-    held: bool
-    linked: bool
-    settled: bool
-    standing: bool
-    fault_word: int
-    model_quality: int
-    outcome_word: int
-    refused: bool
-    heartbeat: int
-
-
-_STEMS = {
-    "temperatures_c": ("t", "channels"),
-    "ok": ("ok", "channels"),
-    "trims_um": ("trim", "outputs"),
-    "read_um": ("read", "outputs"),
-    "correction_um": ("correction", "outputs"),
-    "model_um": ("model", "outputs"),
-    "wanted_um": ("wanted", "outputs"),
-    "weight": ("weight", "outputs"),
-    "at_limit": ("limit", "outputs"),
-    "added_um": ("added", "outputs"),
-    "to_go_um": ("to_go", "outputs"),
-    "parts_um": ("part", "parts"),
-    "qualities": ("quality", "channels"),
-}
-
-
-@cache
-def variable_names(names: PlcNames, fields: tuple[str, ...]) -> dict[str, tuple[str, ...] | str]:
-    """Return the variables of the block, one or several, by the field that has their values."""
-    several = {
-        field: tuple([f"{prefix}_{stem}" for stem in getattr(names, stems)])
-        for field, (prefix, stems) in _STEMS.items()
-    }
-    return {field: several.get(field, field) for field in fields}
-
-
-def by_variable(names: PlcNames, values: PlcInputs | PlcOutputs) -> dict[str, Cell]:
-    """Return inputs or outputs by the names of the block's variables."""
-    made: dict[str, Cell] = {}
-    for field, variable in variable_names(names, values._fields).items():
-        value: Any = getattr(values, field)
-        made.update(
-            [(variable, value)] if isinstance(variable, str) else zip(variable, value, strict=True)
-        )
-    return made
+    inputs: Mapping[str, Any]
+    """Inputs of the block. Numbers may be NaN or infinite."""
+    outputs: Mapping[str, Any]
+    """Outputs after the call."""
 
 
 @final
@@ -157,14 +83,26 @@ class CycleBlock:
         if not settings.double:
             settings = replace(settings, compensation=_in_real(settings.compensation))
         self.settings, self._line = settings, line
-        self._outputs = settings.compensation.model.outputs
-        self._values: dict[str, Cell] = {}
+        self._values: dict[str, Any] = {}
+        names = settings.names
+        self._names = {
+            prefix: tuple([f"{prefix}_{stem}" for stem in stems])
+            for prefixes, stems in (
+                (("t", "ok", "quality"), names.channels),
+                (("trim", "read", *_BY_OUTPUT), names.outputs),
+                (("part",), names.parts),
+            )
+            for prefix in prefixes
+        }
+        kinds = [(v.name, v.kind) for v in interface_of(settings).outputs if v.name != "heartbeat"]
+        words = [name for name, kind in kinds if kind is not Kind.NUMBER]
+        self._words = itemgetter(*words, *self._names["added"])
         self.cycle_output: CycleOutput | None = None
         """What `cycle` itself said in the last call."""
         self._switch_on()
 
     def _switch_on(self) -> None:
-        count = len(self._outputs)
+        count = len(self.settings.names.outputs)
         self._state = cycle_state(self.settings.compensation)
         self._good_calls = self._calls = 0
         self._gaps_s = 0.0
@@ -174,125 +112,133 @@ class CycleBlock:
         self._in_force = self._before = (0.0,) * count
         self._written = (0.0, 0.0)
 
-    def step(self, inputs: PlcInputs) -> PlcOutputs:
+    def step(self, told: Mapping[str, Any]) -> dict[str, Any]:
         """Do what one call of the block does.
 
         Parameters
         ----------
-        inputs : PlcInputs
-            Inputs of the call.
+        told : mapping of str to float or bool
+            Inputs by name; with a line the reported corrections in place of what is reported.
 
         Returns
         -------
-        PlcOutputs
-            Outputs after the call.
+        dict of str to float, bool or int
+            Outputs by name; with a line the corrections are those that it makes.
         """
-        if inputs.init:
+        if told["init"]:
             self._switch_on()
         if not self.settings.double:
-            inputs = PlcInputs(*map(_in_real, inputs))
-        return self._call(inputs) if self._line is None else self._line_call(self._line, inputs)
+            told = {name: _in_real(value) for name, value in told.items()}
+        if self._line is not None:
+            return self._line_call(self._line, told)
+        said = self._call(told)
+        self._values = {**told, **said}
+        return said
 
-    def values(self) -> Mapping[str, Cell]:
-        """Return every input and output of the last call with a line by its name."""
+    def values(self) -> Mapping[str, Any]:
+        """Return every input and output of the last call by its name."""
         return self._values
 
-    def _line_call(self, line: LineSettings, inputs: PlcInputs) -> PlcOutputs:
-        told = _line_inputs(line, inputs.read_um)
-        away_um = _away_um(line, tuple(told.values()), self._written)
-        read_um = tuple(c + d for c, d in zip(self._in_force, away_um, strict=True))
-        inputs = inputs._replace(read_um=read_um)
-        outputs = self._call(inputs)
+    def words(self, said: Mapping[str, Any]) -> tuple[Any, ...]:
+        """Return outputs without the numbers that may change from call to call."""
+        return self._words(said)
+
+    def _line_call(self, line: LineSettings, told: Mapping[str, Any]) -> dict[str, Any]:
+        read = _line_inputs(line, tuple(told[name] for name in self._names["read"]))
+        away_um = _away_um(line, tuple(read.values()), self._written)
+        read_um = [c + d for c, d in zip(self._in_force, away_um, strict=True)]
+        told = {**told, **dict(zip(self._names["read"], read_um, strict=True))}
+        said = self._call(told)
+        self._in_force = tuple(said[name] for name in self._names["correction"])
         totals_um = tuple(b.total_um for b in self.settings.compensation.bounds)
         outside = any(abs(c) > most for c, most in zip(self._before, totals_um, strict=True))
-        said = _laid(line, outputs.correction_um, totals_um, free=outside)
-        names = self.settings.names
-        self._values = by_variable(names, inputs) | by_variable(names, outputs) | told | said
-        self._in_force = outputs.correction_um
-        self._written = k0_mm, slope = said["k0_mm"], said["slope"]
+        laid = _laid(line, self._in_force, totals_um, free=outside)
+        self._values = {**told, **said, **read, **laid}
+        self._written = k0_mm, slope = laid["k0_mm"], laid["slope"]
         there_um = [line.um_per_mm * (k0_mm + slope * way) for way in _ways_mm(line)]
-        return outputs._replace(correction_um=tuple(there_um))
+        return {**said, **dict(zip(self._names["correction"], there_um, strict=True))}
 
-    def _call(self, inputs: PlcInputs) -> PlcOutputs:
+    def _call(self, told: Mapping[str, Any]) -> dict[str, Any]:
         settings, compensation = self.settings, self.settings.compensation
         ends_s = (settings.shortest_cycle_s, settings.longest_cycle_s)
         shortest_s, longest_s = (rounded(s, double=settings.double) for s in ends_s)
-        gap = self._good_calls > 0 and inputs.cycle_time_s > compensation.model.longest_gap_s
-        in_time = shortest_s <= inputs.cycle_time_s <= longest_s
+        cycle_time_s: float = told["cycle_time_s"]
+        gap = self._good_calls > 0 and cycle_time_s > compensation.model.longest_gap_s
+        in_time = shortest_s <= cycle_time_s <= longest_s
         if gap:
-            self._gaps_s += min(inputs.cycle_time_s, _LARGEST_GAP_S)
+            self._gaps_s += min(cycle_time_s, _LARGEST_GAP_S)
             # After a gap the block moves by no more than in any other call.
             share = 1.0 / LONGEST_STEP_CYCLES
             compensation = _with_limits(compensation, "largest_rate_um_per_s", share)
         self._good_calls += in_time
         time_s = settings.cycle_s * self._good_calls + self._gaps_s
-        read = tuple(u if inputs.read_ok else None for u in inputs.read_um)
+        read_um = tuple(told[name] for name in self._names["read"])
+        connected, read_ok = told["connected"], told["read_ok"]
         if self._calls == 0:
-            self._levels = inputs.reset, inputs.enable, inputs.hold
+            self._levels = told["reset"], told["enable"], told["hold"]
         off = self._state.memory.state is SupervisorState.OFF
-        there = inputs.connected and inputs.read_ok
-        there = there and all(abs(u) <= LARGEST_READ for u in inputs.read_um)
-        self._waiting = self._waiting or off or gap or not inputs.connected
+        there = connected and read_ok and all(abs(u) <= LARGEST_READ for u in read_um)
+        self._waiting = self._waiting or off or gap or not connected
         found, self._waiting = self._waiting and there, self._waiting and not there
-        self._linked = inputs.connected and not self._waiting
-        samples = zip(inputs.temperatures_c, inputs.ok, strict=True)
+        self._linked = connected and not self._waiting
+        samples = zip(self._names["t"], self._names["ok"], strict=True)
         reading = CycleReading(
             time_s if in_time or gap else math.nan,
-            tuple(Sample(value, good, 0.0) for value, good in samples),
-            interlocks=(inputs.interlocks_met,),
+            tuple(Sample(told[t], told[ok], 0.0) for t, ok in samples),
+            interlocks=(told["interlocks_met"],),
             connected=self._linked,
-            read_back_um=read,
-            found_um=read if found else None,
-            other_compensation=inputs.other_compensation,
-            requests=tuple(self._requests(inputs)),
+            read_back_um=tuple(u if read_ok else None for u in read_um),
+            found_um=read_um if found else None,
+            other_compensation=told["other_compensation"],
+            requests=tuple(self._requests(told)),
         )
         self._calls += 1
         self._state, output = cycle(compensation, self._state, reading)
         self._before, self.cycle_output = output.before_um, output
         return self._as_block(output)
 
-    def _requests(self, inputs: PlcInputs) -> Iterator[Request]:
+    def _requests(self, told: Mapping[str, Any]) -> Iterator[Request]:
         reset, enable, hold = self._levels
-        if inputs.reset and not reset:
+        self._levels = told["reset"], told["enable"], told["hold"]
+        if told["reset"] and not reset:
             yield Request(RequestKind.ACKNOWLEDGE, "plc")
-        if inputs.enable != enable:
-            yield Request(RequestKind.ENABLE if inputs.enable else RequestKind.DISABLE, "plc")
-        if inputs.hold or hold:  # asked for in every call: the cycle itself knows what is held
-            kind = RequestKind.HOLD if inputs.hold else RequestKind.RESUME
+        if told["enable"] != enable:
+            yield Request(RequestKind.ENABLE if told["enable"] else RequestKind.DISABLE, "plc")
+        if told["hold"] or hold:  # asked for in every call: the cycle itself knows what is held
+            kind = RequestKind.HOLD if told["hold"] else RequestKind.RESUME
             yield Request(kind, "plc", text=_RISING if not hold else "")
-        diameter_mm = inputs.diameter_mm if inputs.diameter_known else None
+        diameter_mm = told["diameter_mm"] if told["diameter_known"] else None
         yield Request(RequestKind.DIAMETER, "plc", value=diameter_mm)
         longest_s = self.settings.compensation.supervisor.longest_trim_s
-        for output, before, trim in zip(self._outputs, self._trims, inputs.trims_um, strict=True):
+        trims_um = tuple(told[name] for name in self._names["trim"])
+        outputs = self.settings.compensation.model.outputs
+        for output, before, trim in zip(outputs, self._trims, trims_um, strict=True):
             if self._calls and not trim == before:  # noqa: SIM201 - NaN differs from itself
                 yield Request(RequestKind.TRIM, "plc", output.name, trim, longest_s)
-        self._levels = inputs.reset, inputs.enable, inputs.hold
-        self._trims = inputs.trims_um
+        self._trims = trims_um
 
-    def _as_block(self, output: CycleOutput) -> PlcOutputs:
+    def _as_block(self, output: CycleOutput) -> dict[str, Any]:
         memory = self._state.memory
-        return PlcOutputs(
-            output.correction_um,
-            output.model_um,
-            output.wanted_um,
-            output.weight,
-            output.at_limit,
-            output.trim_um,
-            output.to_go_um,
-            tuple(part for parts in output.contribution_um for part in parts),
-            tuple(_PLACES[id(quality)] for quality in output.qualities),
-            _PLACES[id(output.state)],
-            memory.enabled,
-            memory.held,
-            self._linked,
-            output.settled,
-            self._standing(output),
-            sum(2 ** _PLACES[id(reason)] for reason in output.reasons),
-            _PLACES[id(output.quality)],
-            sum(2 ** _PLACES[id(outcome)] for outcome in output.outcomes),
-            any(map(_refused, output.answers)),
-            self._calls % _CALLS,
-        )
+        said: dict[str, Any] = {
+            "state": _PLACES[id(output.state)],
+            "enabled": memory.enabled,
+            "held": memory.held,
+            "linked": self._linked,
+            "settled": output.settled,
+            "standing": self._standing(output),
+            "fault_word": sum(2 ** _PLACES[id(reason)] for reason in output.reasons),
+            "model_quality": _PLACES[id(output.quality)],
+            "outcome_word": sum(2 ** _PLACES[id(outcome)] for outcome in output.outcomes),
+            "refused": any(map(_refused, output.answers)),
+            "heartbeat": self._calls % _CALLS,
+        }
+        for prefix, field in _BY_OUTPUT.items():
+            said.update(zip(self._names[prefix], getattr(output, field), strict=True))
+        parts_um = (part_um for parts in output.contribution_um for part_um in parts)
+        said.update(zip(self._names["part"], parts_um, strict=True))
+        qualities = (_PLACES[id(quality)] for quality in output.qualities)
+        said.update(zip(self._names["quality"], qualities, strict=True))
+        return said
 
     def _standing(self, output: CycleOutput) -> bool:
         tolerance_um = self.settings.compensation.supervisor.read_back_tolerance_um
@@ -304,19 +250,6 @@ def _refused(answer: Answer) -> bool:
     """Return whether the block says that this was refused: of hold only the rising edge."""
     level = answer.request.kind is RequestKind.HOLD and answer.request.text != _RISING
     return not (answer.accepted or level)
-
-
-def words_of(outputs: PlcOutputs) -> PlcOutputs:
-    """Return outputs without the numbers that may change from call to call."""
-    return outputs._replace(
-        correction_um=(),
-        model_um=(),
-        wanted_um=(),
-        weight=(),
-        to_go_um=(),
-        parts_um=(),
-        heartbeat=0,
-    )
 
 
 @final
@@ -340,16 +273,26 @@ class JudgedBlock:
                     near = replace(settings, compensation=_with_limits(compensation, key, times))
                     self._others.append(CycleBlock(near, line))
 
-    def step(self, inputs: PlcInputs) -> PlcOutputs:
+    def step(self, told: Mapping[str, Any]) -> dict[str, Any]:
         """Do what one call of the block does."""
-        outputs = self._block.step(inputs)
-        near = [_near(other.step(inputs), outputs) for other in self._others]
+        said = self._block.step(told)
+        near = [self._near(other.step(told), said) for other in self._others]
         self.judged = all(near)
-        return outputs
+        return said
 
-    def values(self) -> Mapping[str, Cell]:
-        """Return every input and output of the last call with a line by its name."""
+    def values(self) -> Mapping[str, Any]:
+        """Return every input and output of the last call by its name."""
         return self._block.values()
+
+    def words(self, said: Mapping[str, Any]) -> tuple[Any, ...]:
+        """Return outputs without the numbers that may change from call to call."""
+        return self._block.words(said)
+
+    def _near(self, one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+        """Whether two say the same words, and corrections that rounding may make different."""
+        names = [f"correction_{stem}" for stem in self._block.settings.names.outputs]
+        near = all(abs(one[name] - other[name]) <= _APART_UM for name in names)
+        return near and self.words(one) == self.words(other)
 
 
 def _with_limits(compensation: Compensation, key: str, times: float) -> Compensation:
@@ -358,12 +301,6 @@ def _with_limits(compensation: Compensation, key: str, times: float) -> Compensa
         for name, one in compensation.limits.items()
     }
     return replace(compensation, limits=limits)
-
-
-def _near(one: PlcOutputs, other: PlcOutputs) -> bool:
-    """Whether two blocks say the same words, and corrections that rounding may make different."""
-    pairs = zip(one.correction_um, other.correction_um, strict=True)
-    return words_of(one) == words_of(other) and all(abs(a - b) <= _APART_UM for a, b in pairs)
 
 
 def _in_real(part: Any) -> Any:

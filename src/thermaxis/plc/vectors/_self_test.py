@@ -13,7 +13,7 @@ from thermaxis.plc._library import SclCpu, StFlavour, folded, scl_text, with_pan
 from thermaxis.plc._names import LONGEST_NAME
 from thermaxis.plc._numbers import number_text
 from thermaxis.plc._template import rendered
-from thermaxis.plc.vectors._reference import Cell, JudgedBlock, by_variable
+from thermaxis.plc.vectors._reference import JudgedBlock
 from thermaxis.plc.vectors._simulated_plant import SimulatedPlant
 
 _MOST_CALLS = 5_000
@@ -125,20 +125,14 @@ def _rows(block: Block, most_calls: int) -> Iterator[_Row]:
         if least > plant.calls_left:
             return
         while True:
-            read_um = tuple([offset_um + away_um for offset_um in plant.offset_um])
-            inputs, outputs = plant.step(read_um=read_um, **different)
+            read_um = [offset_um + away_um for offset_um in plant.offset_um]
+            plant.step(**plant.told("read", read_um), **different)
             calls += 1
             # A row of REAL ends where no rounding moves a change of state, if that comes soon.
             if calls >= least and (cycle.judged or calls >= least + _MORE_CALLS):
                 break
         plant.calls_left -= calls
-        cells: dict[str, Cell] = {
-            **by_variable(settings.names, inputs),
-            **by_variable(settings.names, outputs),
-            **cycle.values(),
-            "away_um": away_um,
-            "judged": cycle.judged,
-        }
+        cells = {**cycle.values(), "away_um": away_um, "judged": cycle.judged}
         texts = {name: _cell(cell, double=settings.double) for name, cell in cells.items()}
         now = {name: texts[name] for name in ("judged", "away_um", *names)}
         then = {v.name: texts[v.name] for v in face.outputs}
@@ -152,7 +146,7 @@ def _rows(block: Block, most_calls: int) -> Iterator[_Row]:
         told, said = now, then
 
 
-def _cell(value: Cell, *, double: bool) -> str:
+def _cell(value: float, *, double: bool) -> str:
     if isinstance(value, int):
         return str(value).upper()
     # What REAL does not hold is far below what is compared.
@@ -164,32 +158,31 @@ def _course(plant: SimulatedPlant) -> _Course:
     cycle_s, rules, ready_s = plant.cycle_s, plant.rules, plant.ready_s()
     channels = len(plant.base_c)
     total_um = min(bounds.total_um for bounds in plant.bounds)
-    trims = tuple([bounds.largest_trim_um for bounds in plant.bounds])
     near_um, away_um = 0.99 * rules.read_back_tolerance_um, 1.01 * rules.read_back_tolerance_um
     yield 0.0, {"init": True, "stands_um": 0.25 * total_um}
     yield 0.0, {"cycle_time_s": 1.105 * cycle_s, "enable": True}
-    plant.usual = plant.usual._replace(enable=True)
+    plant.usual["enable"] = True
     yield 0.0, {"cycle_time_s": 0.895 * cycle_s, "hold": True}
-    yield 0.0, {"ok": (False, *(True,) * (channels - 1))}
+    yield 0.0, plant.told("ok", [k > 0 for k in range(channels)])
     yield ready_s, {"cycle_time_s": 1.095 * cycle_s}
     for share in (1.01, 0.99):
-        yield 0.0, {"temperatures_c": _jumped(plant, share)}
+        yield 0.0, _jumped(plant, share)
     plant.apart()
     plant.now_c = list(plant.goal_c)
     yield 20.0 * cycle_s, {"reset": True, "cycle_time_s": 0.905 * cycle_s}
     yield 200.0 * cycle_s, {"away_um": near_um}
-    yield 5.0 * cycle_s, {"trims_um": trims}
-    yield 0.0, {"trims_um": tuple([1.01 * trim_um for trim_um in trims])}
+    yield 5.0 * cycle_s, plant.trims(1.0)
+    yield 0.0, plant.trims(1.01)
     edges = {p.diameter_mm for x in plant.model.layout.parts for p in x.gain_by_diameter}
     for a, b in pairwise(sorted(edges | {50.0})):
         yield 2.0 * cycle_s, {"diameter_known": True, "diameter_mm": 0.5 * (a + b)}
     lost_s = max(rules.input_timeout_s, plant.model.longest_hold_s)
-    yield from _for_longer(plant, lost_s, {"ok": (False,) * channels})
+    yield from _for_longer(plant, lost_s, plant.told("ok", [False] * channels))
     for outside_c in (
         [rule.lowest_c - 0.01 for rule in plant.sensors],
         [rule.highest_c + 0.01 for rule in plant.sensors],
     ):
-        yield 0.0, {"temperatures_c": tuple(outside_c)}
+        yield 0.0, plant.told("t", outside_c)
     yield ready_s, {}
     yield from _for_longer(plant, rules.hold_interlock_s, {"interlocks_met": False})
     yield 3.0 * cycle_s, {"connected": False, "read_ok": False, "stands_um": -0.125 * total_um}
@@ -214,7 +207,7 @@ def _course(plant: SimulatedPlant) -> _Course:
     yield from _for_longer(plant, rules.hold_operator_s, {"hold": True})
     yield from _for_longer(plant, rules.hold_connection_s, {"connected": False})
     lasting_s = max(rules.longest_trim_s, *(sensor.frozen_s for sensor in plant.sensors))
-    yield from _for_longer(plant, lasting_s, {"trims_um": trims})
+    yield from _for_longer(plant, lasting_s, plant.trims(1.0))
 
 
 def _limits(plant: SimulatedPlant) -> _Course:
@@ -232,11 +225,12 @@ def _limits(plant: SimulatedPlant) -> _Course:
     yield ready_s, {}
 
 
-def _jumped(plant: SimulatedPlant, share: float) -> tuple[float, ...]:
+def _jumped(plant: SimulatedPlant, share: float) -> dict[str, Any]:
     """Return temperatures a share of the accepted jump away, each the other way than the last."""
     steps_k = [rule.step_k + rule.largest_rate_k_per_s * plant.cycle_s for rule in plant.sensors]
     jumps_k = [share * step_k * (-1) ** k for k, step_k in enumerate(steps_k)]
-    return tuple([base_c + jump_k for base_c, jump_k in zip(plant.base_c, jumps_k, strict=True)])
+    pairs = zip(plant.base_c, jumps_k, strict=True)
+    return plant.told("t", [base_c + jump_k for base_c, jump_k in pairs])
 
 
 def _inside(plant: SimulatedPlant) -> list[float]:

@@ -5,13 +5,13 @@ before. It is made of sums and products alone: the same settings give the same i
 computer.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
-from typing import NamedTuple, Protocol, final
+from typing import Any, Protocol, final
 
 from thermaxis.compensation import STATED, Part, Reason, SupervisorState
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.vectors._reference import PlcInputs, PlcOutputs
+from thermaxis.plc.vectors._reference import PlcStep
 
 # Of the read-back's tolerance: least squares through positions may enlarge what a control rounds.
 _NEAR_SHARE = 0.4
@@ -24,19 +24,10 @@ _ALIVE_K = 0.03
 _GRID_UM = 1024.0
 
 
-class PlcStep(NamedTuple):
-    """One call: what goes in, and what must come out."""
-
-    inputs: PlcInputs
-    """Inputs of the block."""
-    outputs: PlcOutputs
-    """Outputs after the call."""
-
-
 class SequenceBlock(Protocol):
     """What a sequence is led through: an instance, or what answers in its place."""
 
-    def step(self, inputs: PlcInputs) -> PlcOutputs:
+    def step(self, told: Mapping[str, Any]) -> dict[str, Any]:
         """Do what one call of the block does."""
         ...
 
@@ -65,8 +56,7 @@ class SimulatedPlant:
         self.now_c = list(self.base_c)
         self.init = False
         self.calls_left = 0
-        self._stems = settings.names.outputs
-        self._reached: set[tuple[int, bool]] = set()
+        self._reached: set[tuple[str, bool]] = set()
         self._faults = 0
         self._unfit: list[str] = []
         self.alive = self._up = False
@@ -77,25 +67,24 @@ class SimulatedPlant:
         self._near_um = _NEAR_SHARE * compensation.supervisor.read_back_tolerance_um
         self.offset_um = [0.0] * len(self.bounds)
         self._reported_um = [0.0] * len(self.bounds)
-        self.usual: PlcInputs = PlcInputs(
-            cycle_time_s=settings.cycle_s,
-            enable=False,
-            hold=False,
-            reset=False,
-            diameter_mm=0.0,
-            diameter_known=False,
-            temperatures_c=tuple(self.base_c),
-            ok=(True,) * len(self.base_c),
-            trims_um=(0.0,) * len(self.bounds),
-            interlocks_met=True,
-            connected=True,
-            other_compensation=False,
-            read_um=(0.0,) * len(self.bounds),
-            read_ok=True,
-        )
-        self._first: PlcInputs = self.usual
+        self._names, self.outputs = settings.names, settings.names.outputs
+        self._usual: dict[str, Any] = {
+            "enable": False,
+            "hold": False,
+            "reset": False,
+            "cycle_time_s": settings.cycle_s,
+            "diameter_mm": 0.0,
+            "diameter_known": False,
+            "interlocks_met": True,
+            "connected": True,
+            "other_compensation": False,
+            "read_ok": True,
+            **self.told("ok", [True] * len(self.base_c)),
+            **self.trims(0.0),
+        }
+        self.usual = dict(self._usual)
         self._new = True
-        self.said: PlcOutputs
+        self.said: dict[str, Any] = {}
         """What the block has said in the last call."""
 
     def _base_c(self, k: int) -> float:
@@ -110,25 +99,36 @@ class SimulatedPlant:
     def step(self, **different: object) -> PlcStep:
         """Let a call go by in which some inputs differ from the usual."""
         self._stay_alive()
-        inputs = self.usual._replace(
-            temperatures_c=tuple([round(t / _STEP_C) * _STEP_C for t in self.now_c]),
-            read_um=self._reported(),
-            init=self.init,
-        )
+        inputs = {
+            **self.usual,
+            **self.told("t", [round(t / _STEP_C) * _STEP_C for t in self.now_c]),
+            **self.told("read", self._reported()),
+            "init": self.init,
+            **different,
+        }
         self.init = False
-        inputs = inputs._replace(**different)
         self.said = self._block.step(inputs)
-        if self.said.linked and self.said.state != _OFF:
-            self.offset_um = list(self.said.correction_um)
-        self._faults |= self.said.fault_word
-        wanted_um = enumerate(self.said.wanted_um)
-        self._reached |= {(k, um > 0.0) for k, um in wanted_um if self.said.at_limit[k]}
+        stems = self.outputs
+        if self.said["linked"] and self.said["state"] != _OFF:
+            self.offset_um = [self.said[f"correction_{stem}"] for stem in stems]
+        self._faults |= self.said["fault_word"]
+        wanted_um = [(stem, self.said[f"wanted_{stem}"]) for stem in stems if self.limited(stem)]
+        self._reached |= {(stem, um > 0.0) for stem, um in wanted_um}
         return PlcStep(inputs, self.said)
+
+    def told(self, prefix: str, values: Sequence[object]) -> dict[str, Any]:
+        """Return inputs of every channel, or every output, by their names."""
+        stems = self._names.channels if prefix in {"t", "ok"} else self.outputs
+        return {f"{prefix}_{stem}": value for stem, value in zip(stems, values, strict=True)}
+
+    def limited(self, stem: str) -> bool:
+        """Return whether the block said last that an output asks for more than its limit."""
+        return bool(self.said[f"limit_{stem}"])
 
     def again(self, offset_um: Sequence[float] = ()) -> None:
         """Begin with a new instance: nothing moves, and an offset stands in the control."""
         self.init, self._new = not self._new or self.init, False
-        self.usual = self._first
+        self.usual = dict(self._usual)
         self.alive, self._stood = False, 0
         self.back()
         self.now_c = list(self.base_c)
@@ -182,20 +182,20 @@ class SimulatedPlant:
 
     def missing(self) -> list[str]:
         """Return which limits and faults did not occur until now, and what did not fit."""
-        limits = product(enumerate(self._stems), (("upper", True), ("lower", False)))
+        limits = product(self.outputs, (("upper", True), ("lower", False)))
         faults = [2**k for k in range(len(Reason))]
         return [
             *(f"fault_word {bit}" for bit in faults if not self._faults & bit),
-            *(f"{w} limit of {s}" for (k, s), (w, up) in limits if (k, up) not in self._reached),
+            *(f"{w} limit of {s}" for s, (w, up) in limits if (s, up) not in self._reached),
             *self._unfit,
         ]
 
     # ---- requests and offsets -------------------------------------------------------------------
 
-    def trims(self, share: float, output: int = -1) -> tuple[float, ...]:
-        """Return a share of the largest trim for one output, or all. [µm]"""
+    def trims(self, share: float, output: int = -1) -> dict[str, Any]:
+        """Return a share of the largest trim for one output, or all, as inputs. [µm]"""
         most_um = enumerate(bounds.largest_trim_um for bounds in self.bounds)
-        return tuple([share * um if output in {k, -1} else 0.0 for k, um in most_um])
+        return self.told("trim", [share * um if output in {k, -1} else 0.0 for k, um in most_um])
 
     def share_um(self, share: float) -> tuple[float, ...]:
         """Return a share of the total of every correction. [µm]"""

@@ -8,9 +8,10 @@ shows them, but is no way to hand LREAL on. One writer for the block with and wi
 
 import math
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import groupby
-from typing import NamedTuple, final
+from operator import itemgetter
+from typing import Any, NamedTuple, final
 
 from thermaxis.plc._interface import interface_of
 from thermaxis.plc._line import LineSettings
@@ -18,14 +19,7 @@ from thermaxis.plc._numbers import DIGITS, digits_text, rounded
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._template import rendered
 from thermaxis.plc.vectors._call_sequence import MOST_CALLS, CallSequence
-from thermaxis.plc.vectors._reference import (
-    Cell,
-    JudgedBlock,
-    PlcInputs,
-    PlcOutputs,
-    by_variable,
-    words_of,
-)
+from thermaxis.plc.vectors._reference import JudgedBlock, PlcStep
 
 LINE_LIMITED = "line_limited 1 - the limits of the corrections keep the line within its bounds"
 """What the rows of a block with a line have not: its bounds stand behind those limits."""
@@ -47,19 +41,6 @@ class Vectors(NamedTuple):
     """What this block cannot reach, or for which there were not calls enough, in words."""
     cuts: tuple[str, ...]
     """Where the course was cut, in words."""
-
-
-class _Row(NamedTuple):
-    """Calls with the same inputs and words."""
-
-    calls: int
-    inputs: PlcInputs
-    outputs: PlcOutputs
-    """After the last call."""
-    line: Mapping[str, Cell]
-    """The block's own values where there is a line; else empty."""
-    judged: bool
-    """Whether the target must say the same."""
 
 
 def vectors_of(
@@ -85,16 +66,22 @@ def vectors_of(
     variables = (*face.inputs, *face.outputs)
     block = JudgedBlock(settings, line)
     sequence = CallSequence(settings, most_calls=most_calls, block=block)
+    told = itemgetter(*(v.name for v in face.inputs))
+
+    def called(step: PlcStep) -> tuple[bool, Mapping[str, Any], tuple[object, ...]]:
+        values = block.values()
+        limited = values.get("line_limited")  # of a line alone
+        # Numbers that are none differ from themselves, but not what is written for them.
+        same = repr(told(values)), block.words(step.outputs), block.judged, limited
+        return block.judged, values, same
+
     rows: list[str] = []
     calls = 0
-    for row in _rows(sequence, block):
-        values = row.line or {
-            **by_variable(settings.names, row.inputs),
-            **by_variable(settings.names, row.outputs),
-        }
-        cells = [calls + 1, row.calls, row.judged, *(values[v.name] for v in variables)]
+    for _, some in groupby(map(called, sequence.steps()), itemgetter(2)):
+        ((number, (judged, values, _)),) = deque(enumerate(some, 1), maxlen=1)
+        cells = [calls + 1, number, judged, *(values[v.name] for v in variables)]
         rows.append(",".join([_text(cell, double=settings.double) for cell in cells]))
-        calls += row.calls
+        calls += number
     missing, cuts = (*sequence.missing(), *([LINE_LIMITED] if line else [])), tuple(sequence.cuts)
     values = {
         "settings": settings,
@@ -110,19 +97,7 @@ def vectors_of(
     return Vectors(rendered("vectors.csv.j2", values), len(rows), calls, missing, cuts)
 
 
-def _rows(sequence: CallSequence, block: JudgedBlock) -> Iterator[_Row]:
-    """Return the calls of a sequence, those that say the same together."""
-    calls = (_Row(1, *step, block.values(), block.judged) for step in sequence.steps())
-    for _, same in groupby(calls, _words):
-        ((number, last),) = deque(enumerate(same, 1), maxlen=1)
-        yield last._replace(calls=number)
-
-
-def _words(row: _Row) -> tuple[object, ...]:
-    return repr(row.inputs), words_of(row.outputs), row.judged, row.line.get("line_limited")
-
-
-def _text(cell: Cell, *, double: bool) -> str:
+def _text(cell: float, *, double: bool) -> str:
     if isinstance(cell, int):
         return str(int(cell))
     held = rounded(cell, double=double) + 0.0
