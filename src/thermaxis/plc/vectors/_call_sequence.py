@@ -5,8 +5,8 @@ from typing import final
 
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.vectors._phases import phases_of
-from thermaxis.plc.vectors._reference import CycleBlock
-from thermaxis.plc.vectors._simulated_plant import PlcStep, SequenceBlock, SimulatedPlant
+from thermaxis.plc.vectors._reference import CycleBlock, JudgedBlock, PlcStep
+from thermaxis.plc.vectors._simulated_plant import SimulatedPlant
 
 MOST_CALLS = 45_000
 """Most calls of the sequence, so that it takes seconds to compute at a cycle of 0.1 s too: then
@@ -25,7 +25,7 @@ class CallSequence:
         What is exported.
     most_calls : int
         Calls that its phases share. Default: `MOST_CALLS`. [1]
-    block : SequenceBlock, optional
+    block : CycleBlock or JudgedBlock, optional
         Who is called. Default: a new instance.
     """
 
@@ -34,7 +34,7 @@ class CallSequence:
         settings: PlcSettings,
         *,
         most_calls: int = MOST_CALLS,
-        block: SequenceBlock | None = None,
+        block: CycleBlock | JudgedBlock | None = None,
     ) -> None:
         self._plant = SimulatedPlant(settings, block or CycleBlock(settings))
         self._calls_left = most_calls

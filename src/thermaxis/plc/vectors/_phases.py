@@ -145,7 +145,8 @@ def _other_compensation(plant: SimulatedPlant) -> Rows:
     yield 1, {}
     yield 1, {"enable": False, **plant.trims(0.5)}
     yield 1, {"enable": False}
-    yield 1, {"enable": False, "reset": True}
+    yield 1, {"reset": True}
+    yield 1, {"enable": False}
     yield 1, {**other, "enable": True}
     yield 30, {"enable": False}
     yield from _enabled(plant)
@@ -176,7 +177,8 @@ def _cycle_times(plant: SimulatedPlant) -> Rows:
         yield 1, {}
     yield plant.beyond(plant.rules.input_timeout_s), {"cycle_time_s": 1.5 * plant.cycle_s}
     yield plant.ready_s(), {}
-    for seconds, ok in ((1.5 * plant.model.longest_gap_s, True), (ODD[1], False)):
+    gap_s = plant.model.longest_gap_s
+    for seconds, ok in ((gap_s, True), (1.5 * gap_s, True), (ODD[1], False)):
         plant.now_c = [c - 0.25 for c in plant.now_c]
         oks = plant.told("ok", [*[True] * (len(plant.base_c) - 1), ok])
         yield 1, {"cycle_time_s": seconds, **oks}

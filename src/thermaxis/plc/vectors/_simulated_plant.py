@@ -5,13 +5,13 @@ before. It is made of sums and products alone: the same settings give the same i
 computer.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import product
-from typing import Any, Protocol, final
+from typing import Any, final
 
 from thermaxis.compensation import STATED, Part, Reason, SupervisorState
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.vectors._reference import PlcStep
+from thermaxis.plc.vectors._reference import CycleBlock, JudgedBlock, PlcStep
 
 # Of the read-back's tolerance: least squares through positions may enlarge what a control rounds.
 _NEAR_SHARE = 0.4
@@ -24,14 +24,6 @@ _ALIVE_K = 0.03
 _GRID_UM = 1024.0
 
 
-class SequenceBlock(Protocol):
-    """What a sequence is led through: an instance, or what answers in its place."""
-
-    def step(self, told: Mapping[str, Any]) -> dict[str, Any]:
-        """Do what one call of the block does."""
-        ...
-
-
 @final
 class SimulatedPlant:
     """Machine, sensors and people around the block; little changes between calls."""
@@ -39,7 +31,7 @@ class SimulatedPlant:
     def __init__(
         self,
         settings: PlcSettings,
-        block: SequenceBlock,
+        block: CycleBlock | JudgedBlock,
     ) -> None:
         compensation = settings.compensation
         self.rules, self.model = compensation.supervisor, compensation.model
