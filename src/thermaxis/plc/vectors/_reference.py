@@ -1,7 +1,7 @@
 """What the exported block must say: `cycle` itself, called as a PLC calls the block."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from operator import itemgetter
 from typing import Any, NamedTuple, cast, final
@@ -84,6 +84,9 @@ class CycleBlock:
             settings = replace(settings, compensation=_in_real(settings.compensation))
         self.settings, self._line = settings, line
         self._values: dict[str, Any] = {}
+        self._totals_um = tuple(bounds.total_um for bounds in settings.compensation.bounds)
+        if line is not None:  # in exact fractions, which take their time
+            self._weights, self._most = line.weights(), line.bounds(self._totals_um)
         names = settings.names
         self._names = {
             prefix: tuple([f"{prefix}_{stem}" for stem in stems])
@@ -144,19 +147,38 @@ class CycleBlock:
         return self._words(said)
 
     def _line_call(self, line: LineSettings, told: Mapping[str, Any]) -> dict[str, Any]:
-        read = _line_inputs(line, tuple(told[name] for name in self._names["read"]))
-        away_um = _away_um(line, tuple(read.values()), self._written)
+        read = (*self._through(told[name] for name in self._names["read"]), line.origin_mm)
+        away_um = _away_um(line, read, self._written)
         read_um = [c + d for c, d in zip(self._in_force, away_um, strict=True)]
         told = {**told, **dict(zip(self._names["read"], read_um, strict=True))}
         said = self._call(told)
         self._in_force = tuple(said[name] for name in self._names["correction"])
-        totals_um = tuple(b.total_um for b in self.settings.compensation.bounds)
-        outside = any(abs(c) > most for c, most in zip(self._before, totals_um, strict=True))
-        laid = _laid(line, self._in_force, totals_um, free=outside)
-        self._values = {**told, **said, **read, **laid}
-        self._written = k0_mm, slope = laid["k0_mm"], laid["slope"]
-        there_um = [line.um_per_mm * (k0_mm + slope * way) for way in _ways_mm(line)]
+        laid = self._written = self._through(self._in_force)
+        outside = any(abs(c) > um for c, um in zip(self._before, self._totals_um, strict=True))
+        if not outside:
+            k0_mm, slope = (min(max(v, -b), b) for v, b in zip(laid, self._most, strict=True))
+            self._written = k0_mm, slope
+        k0_mm, slope = self._written
+        there_um = [(k0_mm + slope * way) * line.um_per_mm for way in _ways_mm(line)]
+        self._values = {
+            **told,
+            **said,
+            **dict(zip(("read_k0_mm", "read_slope", "read_reference_mm"), read, strict=True)),
+            "k0_mm": k0_mm,
+            "slope": slope,
+            "reference_mm": line.origin_mm,
+            "residual_um": max(abs(c - u) for c, u in zip(self._in_force, there_um, strict=True)),
+            "line_limited": self._written != laid,
+        }
         return {**said, **dict(zip(self._names["correction"], there_um, strict=True))}
+
+    def _through(self, um: Iterable[float]) -> tuple[float, float]:
+        """Return K0 and slope of the line through values at the positions. [mm, 1]"""
+        k0_mm = slope = 0.0
+        for to_k0, to_slope, value in zip(*self._weights, um, strict=True):
+            k0_mm += to_k0 * value
+            slope += to_slope * value
+        return k0_mm, slope
 
     def _call(self, told: Mapping[str, Any]) -> dict[str, Any]:
         settings, compensation = self.settings, self.settings.compensation
@@ -322,15 +344,6 @@ def _in_real(part: Any) -> Any:
 # ---- the line in the control --------------------------------------------------------------------
 
 
-def _line_inputs(line: LineSettings, read_um: _Floats) -> dict[str, float]:
-    """Return the line by which the control reports corrections at the positions."""
-    k0_mm = slope = 0.0
-    for to_k0, to_slope, read in zip(*line.weights(), read_um, strict=True):
-        k0_mm += to_k0 * read
-        slope += to_slope * read
-    return {"read_k0_mm": k0_mm, "read_slope": slope, "read_reference_mm": line.origin_mm}
-
-
 def _ways_mm(line: LineSettings) -> list[float]:
     return [position_mm - line.origin_mm for position_mm in line.positions_mm]
 
@@ -344,25 +357,3 @@ def _away_um(line: LineSettings, read: _Floats, written: tuple[float, float]) ->
         ((k0_mm + slope * (p - reference_mm)) - (written[0] + written[1] * way)) * line.um_per_mm
         for p, way in zip(line.positions_mm, _ways_mm(line), strict=True)
     )
-
-
-def _laid(
-    line: LineSettings, correction_um: _Floats, totals_um: _Floats, *, free: bool
-) -> dict[str, float]:
-    """Return the outputs of the line through the corrections."""
-    k0_mm = slope = 0.0
-    for to_k0, to_slope, c in zip(*line.weights(), correction_um, strict=True):
-        k0_mm += to_k0 * c
-        slope += to_slope * c
-    laid = (k0_mm, slope)
-    if not free:
-        bounds = line.bounds(totals_um)
-        k0_mm, slope = (min(max(v, -b), b) for v, b in zip(laid, bounds, strict=True))
-    pairs = zip(correction_um, _ways_mm(line), strict=True)
-    return {
-        "k0_mm": k0_mm,
-        "slope": slope,
-        "reference_mm": line.origin_mm,
-        "residual_um": max(abs(c - (k0_mm + slope * way) * line.um_per_mm) for c, way in pairs),
-        "line_limited": (k0_mm, slope) != laid,
-    }
