@@ -208,6 +208,17 @@ def test_after_a_break_within_the_longest_gap_the_model_goes_on() -> None:
     assert rig.output.wanted_um == (pytest.approx(-37.5 - 75.0 * 0.7165313105737893),)
 
 
+def test_a_value_stands_only_while_somebody_sees_it() -> None:
+    rig = Rig(lathe(SLOW, longest_gap_s=HOUR_S))
+    rig.warmth_k -= 0.1
+    rig.steps(1 + 2, seconds=HOUR_S)
+    rig.step(seconds=64 * HOUR_S)
+    assert rig.output.qualities == (SampleQuality.GOOD,), "the same 0.1 K as on Friday"
+    rig.steps(2, seconds=HOUR_S)
+    assert rig.output.qualities == (SampleQuality.GOOD,)
+    assert rig.step().qualities == (SampleQuality.FROZEN,), "four hours that were seen"
+
+
 def test_an_offset_of_yesterday_that_nobody_commands_is_told() -> None:
     rig = simulated.Rig()
     rig.machine.set_offset(Z_um=-40.0)

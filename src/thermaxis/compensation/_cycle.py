@@ -429,6 +429,10 @@ def _validated(
     sensors, redundant = list(state.sensors), list(state.redundant)
     if asked.accepts_sensors:
         sensors, redundant = [SensorState()] * len(sensors), [SensorState()] * len(redundant)
+    if clock[1] > compensation.model.longest_gap_s:  # nobody has seen a value stand meanwhile
+        sensors, redundant = (
+            [_sensor_shifted(one, clock[1]) for one in ones] for ones in (sensors, redundant)
+        )
     values: list[float | None] = []
     qualities: list[SampleQuality] = []
     rows = zip(compensation.judged, compensation.rules, compensation.witnesses)

@@ -60,7 +60,8 @@ class SensorState(NamedTuple):
     good_c: float = math.nan
     """Last value that was accepted; NaN before the first. [degC]"""
     changed_s: float = math.nan
-    """Time of the last change of the value. [s]"""
+    """Time of the last change of the value; `cycle` puts it off by a gap, in which nobody has seen
+    it stand. [s]"""
     allowance_k: float = 0.0
     """How far the value may have moved while nothing could be read. [K]"""
     refused: bool = False

@@ -358,6 +358,7 @@ def test_an_allowance_beyond_two_steps_stays() -> None:
 LATE: dict[str, Any] = {"cycle_time_s": 5.0}
 LOST: dict[str, Any] = {"ok_spindle": False}
 OTHER: dict[str, Any] = {"t_spindle": 24.0}
+GAP: dict[str, Any] = {"cycle_time_s": 64.0 * 3600.0}
 # Rows before the quiet ones, the call from which the value stands still, and the call that is
 # frozen: a call that comes too late has the time of the last one that came in time.
 FROZEN_FROM: tuple[tuple[str, list[dict[str, Any]], int], ...] = (
@@ -367,6 +368,8 @@ FROZEN_FROM: tuple[tuple[str, list[dict[str, Any]], int], ...] = (
     ("too late, lost in time, too late: from call 2", [LATE, LATE, LOST, LATE], 14),
     ("changed in a late call 3, with the time of call 2", [OTHER, OTHER, OTHER, LATE], 14),
     ("acknowledged before any call in time: from call 2", [LATE, LATE | {"reset": True}], 13),
+    ("a weekend in call 5 is not counted", [*[{}] * 5, GAP], 12),
+    ("begun anew in call 5", [*[{}] * 5, {"init": True}], 16),
 )
 
 
@@ -801,6 +804,8 @@ def resting() -> Stated:
         (60, 26.0, -0.1, {}),
         (70, 26.0, 0.001, {"init": True}),
         (25, 25.0, 0.0, {}),
+        (15, 24.0, 0.001, {}),
+        (3, 24.0, 0.0, GAP),
     ):
         for call in range(calls):
             air_c += change_k
@@ -816,7 +821,7 @@ def test_a_sensor_may_stand_for_longer_beside_one_that_hardly_moves() -> None:
     begins = [k for k in range(1, len(rows)) if frozen[k] and not frozen[k - 1]]
     assert begins[0] == 61, "six times as long"
     assert 70 + 11 < begins[1] < 70 + 40, "when the average of the other has gone further"
-    assert begins[-1] == len(rows) - 25 + 11, "not beside one that is lost"
+    assert begins[-1] == len(rows) - 43 + 11, "not beside one that is lost, but in a gap"
     assert len(begins) == 6
 
 

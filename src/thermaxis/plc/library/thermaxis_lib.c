@@ -277,7 +277,8 @@ void tx_sensor_begin(tx_sensor *sensor, const tx_sensor_rules *rules, const tx_b
         sensor->known = false;
         sensor->mean_known = false;
     }
-    if (begin->passed && sensor->dated && sensor->still_s <= longest_rest * rules->frozen_s) {
+    if (begin->passed && !begin->gap && sensor->dated
+        && sensor->still_s <= longest_rest * rules->frozen_s) {
         sensor->still_s = sensor->still_s + begin->elapsed_s;
     }
 }

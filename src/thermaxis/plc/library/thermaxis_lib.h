@@ -163,8 +163,8 @@ void tx_requests_step(tx_requests *requests, const tx_asked_for *asked, bool fir
  * that jumped is usable again where it comes back or the jump is acknowledged, never by waiting
  * alone. A value may stand for frozen_s, and six times as long beside a witness, a sensor that
  * moves with it, which is usable or has changed lately and whose average over an hour has gone no
- * further than rests_k since. The model gets the last usable value for the time that it may be
- * held. */
+ * further than rests_k since. A gap is not counted: nobody saw it stand. The model gets the last
+ * usable value for the time that it may be held. */
 typedef struct {
     tx_number lowest_c;
     tx_number highest_c;

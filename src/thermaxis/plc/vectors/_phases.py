@@ -310,23 +310,21 @@ def _limit(output: int, sign: float) -> Phase:
 def _still(plant: SimulatedPlant) -> Rows:
     """Let a value stand until it is frozen, a trim until it expires, and everything for long.
 
-    All of that time but its last calls passes in a gap, which counts as any other.
+    All of the trim's time but its last calls passes in a gap, in which no value stands.
     """
     yield from _active(plant)
-    trims = plant.trims(0.5)
-    cycle_s = plant.cycle_s
     frozen_s = max(sensor.frozen_s for sensor in plant.sensors)
-    for seconds, what, different in (
-        (frozen_s, "a frozen value", {}),
-        (plant.rules.longest_trim_s, "a trim that expires", trims),
-    ):
-        yield 20, different
-        if seconds - 100.0 * cycle_s > plant.model.longest_gap_s:
-            yield 1, {**different, "cycle_time_s": seconds - 100.0 * cycle_s}
-            yield 150, different
-        elif plant.fits(seconds, what):
-            yield plant.beyond(seconds), different
-    if plant.fits(LONG_ROW_CALLS * cycle_s, f"{LONG_ROW_CALLS} calls without a change"):
+    if plant.fits(frozen_s, "a frozen value"):
+        yield plant.beyond(frozen_s), {}
+    trims = plant.trims(0.5)
+    left_s = plant.rules.longest_trim_s - 100.0 * plant.cycle_s
+    yield 20, trims
+    if left_s > plant.model.longest_gap_s:
+        yield 1, {**trims, "cycle_time_s": left_s}
+        yield 150, trims
+    elif plant.fits(plant.rules.longest_trim_s, "a trim that expires"):
+        yield plant.beyond(plant.rules.longest_trim_s), trims
+    if plant.fits(LONG_ROW_CALLS * plant.cycle_s, f"{LONG_ROW_CALLS} calls without a change"):
         yield LONG_ROW_CALLS + LONG_ROW_CALLS // 2, trims
     plant.goal_c = [now_c + 0.5 for now_c in plant.now_c]
     yield from _jump(plant)
