@@ -155,6 +155,8 @@ def test_a_text_is_refused_and_work_can_be_cancelled_without_loss(page: Page) ->
         page.get_by_label(sentence("thermal-unit_of", {"name": name})).select_option(unit)
     page.click("#reading-form button")
     expect(page.locator("#inputs select").first).to_have_value("spindle", timeout=LONGEST_MS)
+    probe = page.get_by_label(sentence("thermal-unit_of", {"name": "probe"}))
+    expect(probe).to_have_value("um")  # and may be said anew
     assert all("422" in one for one in FAULTS[page])  # the browser tells every refusal
     FAULTS[page].clear()
     clear(page)

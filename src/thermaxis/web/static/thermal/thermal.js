@@ -19,6 +19,7 @@ const chosen = /** @type {Map<string, HTMLInputElement>} */ (new Map()); // logs
 let entries = /** @type {Data[]} */ ([]);
 let asked = ""; // the log that the form is about
 let mapping = new Blob([]); // what the columns of the logs hold, as a file says it
+const units = /** @type {Map<string, string>} */ (new Map()); // stated here, by channel
 let unread = /** @type {File[]} */ ([]); // what was refused, and what came with it
 
 // ---- what is there ------------------------------------------------------------------------------
@@ -98,11 +99,12 @@ function askModel() {
   if (!log || log.id === asked) return;
   asked = log.id;
   const { channels, suggested_inputs: inputs } = log.told.logs[0];
-  byId("units").replaceChildren(...channels.filter((/** @type {Data} */ one) => !one.unit)
+  byId("units").replaceChildren(...channels
+    .filter((/** @type {Data} */ { name, unit }) => !unit || units.has(name))
     .map((/** @type {Data} */ { name }) => {
       const title = word("thermal-unit_of", { name });
-      const unit = select(["", "degC", "degF", "K", "um", "mm", "rpm"], "", title);
-      unit.name = `[${JSON.stringify(name)}`;
+      const unit = select(["", "degC", "degF", "K", "um", "mm", "rpm"], units.get(name) ?? "", title);
+      unit.name = `[${name}`;
       return made("label", title, "", unit);
     }));
   const lengths = channels.filter((/** @type {Data} */ one) => one.quantity === "displacement");
@@ -178,24 +180,28 @@ async function judge(path, body) {
 
 // ---- files --------------------------------------------------------------------------------------
 
-/** What is said of how logs are read: the file that the commands take. @param {boolean} units of one log */
-function mappingOf(units) {
+/** What is said of how logs are read: the file that the commands take.
+ * @param {boolean} again whether of the log that the form is about, with its channels */
+function mappingOf(again) {
   const said = (/** @type {string} */ name, /** @type {unknown} */ value) =>
     value ? `${name} = ${JSON.stringify(value)}\n` : "";
   const data = new FormData(form.reading);
   const time = ["date_order", "unit", "format"].map((one) => said(one, data.get(one))).join("");
-  const columns = units ? [...data].filter(([name]) => name.startsWith("[")).map(([name, unit]) =>
-    unit ? `[columns.${name.slice(1)}]\n${said("unit", unit)}` : "").join("") : "";
+  const channels = again ? [...data].filter(([name, unit]) => unit && name.startsWith("[")) : [];
+  const columns = channels.map(([name, unit]) => {
+    units.set(name.slice(1), String(unit));
+    return `[columns.${JSON.stringify(name.slice(1))}]\n${said("unit", unit)}`;
+  }).join("");
   return time || columns ? new Blob([`[time]\n${time}${columns}`]) : mapping;
 }
 
 /** Take logs, saved models, and a mapping; return the last one's name. @param {File[]} files */
-async function add(files, units = false) {
+async function add(files, again = false) {
   mapping = files.find(({ name }) => name.toLowerCase().endsWith(".toml")) ?? mapping;
   const wanted = files.filter((one) => one !== mapping);
   unread = [];
   for (const [k, file] of wanted.entries()) {
-    const map = mappingOf(units);
+    const map = mappingOf(again);
     const query = new URLSearchParams(
       { name: file.name.slice(-200), map_bytes: String(map.size) });
     const found = file.size > largest
