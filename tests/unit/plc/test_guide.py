@@ -189,7 +189,7 @@ def test_what_a_call_may_move_is_in_guide_and_head_and_a_large_step_is_warned_of
         assert f"at most {step_um} um in one call" in said
         for text in (said, " ".join(head.replace("*/\n/*", "").split())):
             assert ("may move by 12 um in one call" in text) == (cycle_s == 48.0)
-        assert f"from call to call a step of at most {step_um} um" in said
+        assert f"a step of at most {step_um} um **from what was just read" in said
 
 
 def test_a_model_without_a_gain_is_said_never_to_correct_and_no_hours_of_zero_are_named() -> None:
