@@ -335,14 +335,17 @@ def test_whatever_comes_and_goes_a_hold_ends() -> None:
 
 
 def jumped_after_a_loss() -> Stated:
-    """A sensor that was lost for long may have moved far, and that does not shrink by a jump."""
+    """A sensor that was lost for long may have moved far, and that does not shrink by a jump.
+
+    Before, it jumps by less than twice its step and waits, and so again on its way back.
+    """
     plain = one_section(double=True).compensation
     rules = SensorRules(lowest_c=1.0, highest_c=90.0, step_k=0.5, largest_rate_k_per_s=0.1,
                         frozen_s=0.0)  # fmt: skip
     settings = export_settings(replace(plain, sensors={"spindle": rules}), cycle_s=1.0, name="z")
     lost, jumped = {"ok_spindle": False}, {"t_spindle": 60.0}
-    rows: list[dict[str, Any]] = [*[{}] * 3, *[lost] * 30, *[jumped] * 5]
-    rows += [{"t_spindle": 23.4}, {"t_spindle": 27.0}]
+    rows: list[dict[str, Any]] = [*[{}] * 3, *[{"t_spindle": 21.2}] * 10, *[{}] * 10]
+    rows += [*[lost] * 30, *[jumped] * 5, {"t_spindle": 23.4}, {"t_spindle": 27.0}]
     return settings, rows, [20.0]
 
 
@@ -742,7 +745,78 @@ def test_reset_enable_and_a_trim_in_one_call_are_taken_in_this_order_and_hold_is
     assert states[-1] is SupervisorState.ACTIVE
 
 
+def differs_for_less_than_a_cycle() -> Stated:
+    """The read-back may differ for half a cycle: a fault follows from the second one."""
+    settings = slow_settings()
+    rules = replace(settings.compensation.supervisor, read_back_s=0.5)
+    rows: list[dict[str, Any]] = [*[{}] * 8, {"read_z_um": 5.0}, *[{}] * 3]
+    rows += [{"read_z_um": 5.0}] * 3
+    changed = replace(settings.compensation, supervisor=rules)
+    return replace(settings, compensation=changed), rows, [20.0]
+
+
+def test_no_fault_follows_from_one_cycle_in_which_the_read_back_differs() -> None:
+    states = [output.state for output in side_by_side(*differs_for_less_than_a_cycle())]
+    assert states[8:14] == [SupervisorState.ACTIVE] * 5 + [SupervisorState.FAULT]
+
+
+def found_after_long_fading() -> Stated:
+    """An offset is found when it has faded for longer than anything is held, and is at zero."""
+    settings = slow_settings()
+    rules = SupervisorRules(settle_s=2.0, recovery_delay_s=5.0, input_timeout_s=1.0,
+                            hold_input_s=3.0, hold_connection_s=3.0,
+                            hold_operator_s=3.0)  # fmt: skip
+    warm = {"t_spindle": 28.0}
+    opened = warm | {"interlocks_met": False}
+    rows: list[dict[str, Any]] = [*[warm] * 60, *[opened] * 60]
+    rows += [warm | {"connected": False}, warm | {"read_z_um": 5.0}, *[warm] * 3]
+    changed = replace(settings.compensation, supervisor=rules)
+    return replace(settings, compensation=changed), rows, [20.0]
+
+
+def test_what_is_found_after_long_fading_fades_too() -> None:
+    said = side_by_side(*found_after_long_fading())
+    assert said[59].state is SupervisorState.ACTIVE
+    warming, fading = SupervisorState.WARMING, SupervisorState.FADING
+    assert [output.state for output in said[114:122]] == [fading, *[warming] * 6, fading]
+
+
+def late_while_fading() -> Stated:
+    """A call comes too late while a correction fades, on both sides of zero."""
+    rows: list[dict[str, Any]] = []
+    for value_c in (28.0, 12.0):
+        warm, off = {"t_spindle": value_c}, {"t_spindle": value_c, "enable": False}
+        rows += [*[warm] * 20, *[off] * 2, off | LATE, *[off] * 30]
+    return slow_settings(), rows, [20.0]
+
+
+def test_in_a_call_that_comes_too_late_a_correction_that_fades_stays() -> None:
+    said = side_by_side(*late_while_fading())
+    for late in (22, 75):
+        states = {output.state for output in said[late - 1 : late + 2]}
+        fading = [output.correction_um[0] for output in said[late - 1 : late + 2]]
+        assert states == {SupervisorState.FADING}
+        assert fading[0] == fading[1] != fading[2]
+
+
 # ---- a start and a gap --------------------------------------------------------------------------
+
+
+def at_its_limit_after_a_gap() -> Stated:
+    """The model asks for more than the limit after a gap that is longer than it may."""
+    settings = slow_settings()
+    limits = {"Z_um": Limits(5.0, 1000.0)}
+    hot = {"t_spindle": 28.0}
+    rows: list[dict[str, Any]] = [*[{}] * 8, hot | {"cycle_time_s": 7200.0}, *[hot] * 6]
+    compensation = replace(settings.compensation, limits=limits)
+    return replace(settings, compensation=compensation), rows, [20.0]
+
+
+def test_no_fault_follows_from_a_gap_alone_and_one_from_the_call_after_it() -> None:
+    states = [output.state for output in side_by_side(*at_its_limit_after_a_gap())]
+    assert states[7] is SupervisorState.ACTIVE
+    assert SupervisorState.FAULT not in states[:9]
+    assert states[9] is SupervisorState.FAULT
 
 
 def begun_anew() -> Stated:
@@ -838,6 +912,10 @@ def every_stated() -> list[Stated]:
         called_after_gaps(),
         resting(),
         acknowledged_with_every_request(),
+        late_while_fading(),
+        differs_for_less_than_a_cycle(),
+        found_after_long_fading(),
+        at_its_limit_after_a_gap(),
         *(standing_still(rows) for _, rows, _ in FROZEN_FROM),
         (slow_settings(), LOST_AND_FOUND, [20.0]),
         (slow_settings(), reset, [20.0]),

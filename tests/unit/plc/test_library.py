@@ -409,6 +409,8 @@ NOT_NOTICED = {
     "elapsed_s > longest_at_limit_s) THEN | > -> >=": "the same",
     "running_s := settle_s; |": "how far beyond the limit is counted does not matter",
     "ready_s := recovery_delay_s; |": "the same",
+    "running_s > settle_s THEN | > -> >=": "where they are equal it stays as it is",
+    "ready_s > recovery_delay_s THEN | > -> >=": "the same",
     "IF fault > 0 THEN | 0 -> 1": "every fault is larger",
     "elapsed_s := 1.0E+09; |": "every time counts as over long before",
     "elapsed_s > 1.0E+09 THEN | > -> >=": "the same",
