@@ -5,6 +5,7 @@ import random
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from enum import StrEnum
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -849,6 +850,26 @@ def called_after_gaps() -> Stated:
     )
 
 
+def fading_late() -> Stated:
+    """It is called too late and too early while it is active, fades, and has a fault."""
+    late, early, off = {"cycle_time_s": 1.2}, {"cycle_time_s": 0.8}, {"enable": False}
+    rows: list[dict[str, Any]] = [*[{}] * 30, late, late, {}, {}, off, *[off | late] * 8]
+    rows += [*[off | early] * 3, off | {"cycle_time_s": math.nan}, *[off | late] * 30]
+    stuck = late | {"read_z_um": -20.0}
+    rows += [off, *[{}] * 30, *[stuck] * 15, *[late | {"read_z_um": 2.0}] * 5]
+    return slow_settings(), rows, [25.0]
+
+
+def test_a_call_that_comes_too_late_goes_on_towards_zero_alone() -> None:
+    said = side_by_side(*fading_late())
+    moved_um = [round(b.correction_um[0] - a.correction_um[0], 9) for a, b in pairwise(said)]
+    assert moved_um[29:31] == [0.0, 0.0], "active"
+    assert moved_um[33:46] == [0.25] * 9 + [0.0] * 4, "fading, but not too early"
+    ends = next(k for k in range(46, len(said)) if said[k].correction_um == (0.0,))
+    assert set(moved_um[46 : ends - 1]) == {0.25}
+    assert SupervisorState.OFF in {one.state for one in said[ends : ends + 3]}
+
+
 def test_a_block_that_begins_anew_has_lost_nothing_yet() -> None:
     said = side_by_side(*begun_anew())
     anew = [call for call, row in enumerate(begun_anew()[1]) if row.get("init")]
@@ -910,6 +931,7 @@ def every_stated() -> list[Stated]:
         acknowledged_while_it_differs(),
         begun_anew(),
         called_after_gaps(),
+        fading_late(),
         resting(),
         acknowledged_with_every_request(),
         late_while_fading(),

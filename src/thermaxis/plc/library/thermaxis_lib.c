@@ -65,6 +65,7 @@ void tx_begin_step(tx_begin *begin, const tx_clock_rules *rules, tx_number cycle
     begin->called = true;
     begin->heartbeat = begin->heartbeat >= 32767 ? 0 : (int16_t)(begin->heartbeat + 1);
     begin->clock_ok = cycle_time_s >= rules->shortest_s && cycle_time_s <= rules->longest_s;
+    begin->late = cycle_time_s > rules->longest_s;
     begin->gap = begin->timed && cycle_time_s > rules->gap_s;
     begin->elapsed_s = rules->cycle_s;
     if (begin->gap) {
@@ -572,7 +573,8 @@ static tx_number moved(const tx_correction *correction, const tx_limits *limits,
 }
 
 void tx_correction_step(tx_correction *correction, const tx_limits *limits, tx_number asked_um,
-                        tx_number added_um, tx_motion motion, const tx_read_back *back, bool passed)
+                        tx_number added_um, tx_motion motion, const tx_read_back *back, bool passed,
+                        bool late)
 {
     tx_number in_force_um = back->in_force_um;
     correction->wanted_um = limited(asked_um + added_um, limits->total_um);
@@ -592,6 +594,7 @@ void tx_correction_step(tx_correction *correction, const tx_limits *limits, tx_n
             || (new_um >= in_force_um && new_um <= in_force_um)) {
             correction->goal_um = new_um;
         }
+        passed = passed || (late && correction->goal_um >= zero && correction->goal_um <= zero);
         correction->correction_um = moved(correction, limits, back, passed);
     }
     correction->to_go_um = correction->wanted_um - correction->correction_um;

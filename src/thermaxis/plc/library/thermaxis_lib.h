@@ -72,15 +72,16 @@ typedef struct {
 void tx_lag_start(tx_lag *lag, tx_number start_k);
 void tx_lag_step(tx_lag *lag, tx_number u_k, tx_number alpha);
 
-/* Begin of every cycle. A call that comes too early or too late advances nothing; after a gap,
- * longer than gap_s, the model starts anew. The offset that stands in the control is taken over
- * while the state is Off, after a gap and after a lost connection; until it has been read nothing
- * may be written. */
+/* Begin of every cycle. A call that comes too early or too late advances nothing, but one too
+ * late goes on towards zero; after a gap, longer than gap_s, the model starts anew. The offset
+ * that stands in the control is taken over while the state is Off, after a gap and after a lost
+ * connection; until it has been read nothing may be written. */
 typedef struct {
     bool called;
     bool waiting; /* the offset in the control is still to be read */
     bool first; /* this is the first call */
     bool clock_ok; /* the call came in time, or after a gap */
+    bool late; /* it came too late */
     bool gap; /* it came after a gap */
     bool passed; /* that time has passed since a good call */
     bool timed; /* some call came in time before or now */
@@ -303,7 +304,7 @@ typedef struct {
 
 void tx_correction_step(tx_correction *correction, const tx_limits *limits, tx_number asked_um,
                         tx_number added_um, tx_motion motion, const tx_read_back *back,
-                        bool passed);
+                        bool passed, bool late);
 
 #ifdef __cplusplus
 }

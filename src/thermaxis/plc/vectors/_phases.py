@@ -185,6 +185,7 @@ def _cycle_times(plant: SimulatedPlant) -> Rows:
         yield plant.ready_s(), {}
         yield 1, {"enable": False}
         yield 2, {}
+    yield 4, {"enable": False, "cycle_time_s": 1.5 * plant.cycle_s}
 
 
 def _found(plant: SimulatedPlant) -> Rows:

@@ -23,6 +23,7 @@ from thermaxis.compensation import (
     SupervisorState,
     cycle,
     cycle_state,
+    limit_step,
 )
 from thermaxis.plc._block import LARGEST_READ, UNREAD_UM
 from thermaxis.plc._interface import Kind, interface_of
@@ -216,6 +217,14 @@ class CycleBlock:
         )
         self._calls += 1
         self._state, output = cycle(compensation, self._state, reading)
+        if cycle_time_s > longest_s and not gap:  # to the cycle no time has passed
+            rows = zip(compensation.bounds, output.correction_um, self._state.goal_um, strict=True)
+            correction_um = tuple(
+                c if goal else limit_step(bounds, c, goal, settings.cycle_s)
+                for bounds, c, goal in rows
+            )
+            self._state = self._state._replace(correction_um=correction_um)
+            output = output._replace(correction_um=correction_um)
         self._before, self.cycle_output = output.before_um, output
         return self._as_block(output)
 
