@@ -267,3 +267,10 @@ def test_the_report_has_hashes_of_the_files_and_no_day() -> None:
     text = report_text(report)
     assert text.isascii()
     assert re.search(r"20[0-9]{2}-[0-9]{2}-[0-9]{2}", text) is None
+
+
+def test_a_unit_and_a_program_in_c_are_not_told_of_a_plc_and_every_file_is_imported() -> None:
+    for target in (Target("fmu", "fmu"), Target("c")):
+        assert "PLC" not in guide(exported(), target)
+    for target in TARGETS:
+        assert "both files" not in guide(exported(double=target.variant != "s7-300"), target)

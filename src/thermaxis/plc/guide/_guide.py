@@ -98,6 +98,7 @@ def guide_text(settings: PlcSettings, block: Block, facts: GuideFacts) -> str:
         "trim_um": figure(min(bounds.largest_trim_um for bounds in compensation.bounds)),
         "outputs": outputs,
         "control": line is not None or facts.away,
+        "host": {"fmu": "master", "c": "program"}.get(facts.target.dialect, "PLC"),
         "literal": partial(number_text, double=settings.double),
         "fb_of_instance": '"tx_nc_offset".' if facts.target.variant == "s7-300" else "",
         "longest_rest": LONGEST_REST,
