@@ -217,6 +217,7 @@ def test_json_alone_goes_to_standard_output_and_is_the_report(tmp_path, capsys):
     assert printed == json.loads((folder / "tx_x.report.json").read_text(encoding="ascii"))
     assert printed["numbers"] == "LREAL"
     assert printed["arithmetic"]["tolerance_um"] is None
+    assert printed["instance_bytes"] is None
 
 
 def test_an_s7_300_gets_real_by_itself_and_the_tolerance_is_said(tmp_path):

@@ -15,6 +15,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.plc import remark_text, setting_warnings
 from thermaxis.plc.guide import LARGEST_S7_300_BYTES, REPORT_ENDING, TEMPCOMP, instance_bytes
 
+_C = {"c", "fmu"}
 _SCL = {"scl", TEMPCOMP}
 _ST = {"st", "plcopen"}
 
@@ -80,7 +81,7 @@ def _export_of(arguments: argparse.Namespace) -> Export:
         files[vectors] = tested.text.encode("ascii")
     files[f"{stem}.guide.md"] = plc.guide_text(settings, block, facts).encode("utf-8")
     sources = tuple((source.name, source.sha256) for source in exported.sources)
-    size = instance_bytes(block.st().values())
+    size = None if target.dialect in _C else instance_bytes(block.st().values())
     facts_of = plc.ReportFacts(
         target, sources, line, tested, size, exported.machine, exported.warnings
     )
@@ -160,9 +161,9 @@ def _name_of(
 
 
 def _remarks(
-    exported: Exported, target: plc.Target, size: int, *, double: bool
+    exported: Exported, target: plc.Target, size: int | None, *, double: bool
 ) -> Iterator[Message]:
-    if target.variant == "s7-300" and size > LARGEST_S7_300_BYTES:
+    if target.variant == "s7-300" and size and size > LARGEST_S7_300_BYTES:
         yield Message("remark-large_instance", {"size": size})
     if exported.compensation.redundant:
         yield Message("remark-no_redundant_in_block")

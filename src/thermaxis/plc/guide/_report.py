@@ -90,7 +90,7 @@ class ReportFacts(NamedTuple):
     vectors: Vectors | None = None
     """The test vectors; None where there are none."""
     instance_bytes: int | None = None
-    """Size of the instance data, about; None where nobody counted. [byte]"""
+    """Size of the instance data, about; None in C, where ``sizeof`` says it. [byte]"""
     machine: str = ""
     """Name of the machine whose rules these are; empty where they were stated."""
     warnings: tuple[Message, ...] = ()
