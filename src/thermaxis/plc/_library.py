@@ -29,7 +29,7 @@ NOT_CHECKED = (
 _CLASSIC = (
     "(* STEP 7 V5: enter every quoted name in the symbol table, each as a function block of *)\n"
     "(* its own, before the source is compiled. CPUs of this class keep instance data over *)\n"
-    "(* power-off as a rule: the input init is TRUE in the first scan, by OB100 as the guide *)\n"
+    "(* power-off as a rule: the input init is TRUE in the first call, by OB100 as the guide *)\n"
     "(* says. From the trade, not checked. *)\n"
 )
 _PANES = {"twincat": "TwinCAT 3", "codesys": "CODESYS"}
