@@ -57,6 +57,11 @@ def test_every_command_of_the_page_runs_and_the_refused_one_says_what_the_page_s
             named = set(re.findall(r"\bz\.(\w+)", body))
             assert named
             assert {name for name in named if f"    {name} : " not in program} == set()
+            declared = set(re.findall(r"^    (\w+) : ", body, re.MULTILINE))
+            text = re.sub(r"\(\*.*?\*\)|\w+#\w+|FUNCTION_BLOCK \w+|tx_\w+", "", body)
+            used = set(re.findall(r"(?<![.\w])([a-z]\w*)\b(?! :=)", text))
+            assert used - declared == set()
+            assert {"heartbeat", "state", "linked"} <= named
     assert ran >= commands
 
 
