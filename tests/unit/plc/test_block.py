@@ -791,13 +791,13 @@ def late_while_fading() -> Stated:
     return slow_settings(), rows, [20.0]
 
 
-def test_in_a_call_that_comes_too_late_a_correction_that_fades_stays() -> None:
+def test_in_a_call_that_comes_too_late_a_correction_fades_on_at_its_rate_on_both_sides() -> None:
     said = side_by_side(*late_while_fading())
     for late in (22, 75):
         states = {output.state for output in said[late - 1 : late + 2]}
-        fading = [output.correction_um[0] for output in said[late - 1 : late + 2]]
+        fading = [abs(output.correction_um[0]) for output in said[late - 1 : late + 2]]
         assert states == {SupervisorState.FADING}
-        assert fading[0] == fading[1] != fading[2]
+        assert [fading[0] - um for um in fading] == [0.0, 0.25, 0.5]
 
 
 # ---- a start and a gap --------------------------------------------------------------------------
