@@ -117,14 +117,13 @@ class Control:
         if self.get.done:
             self.since_get = 0
         self.held_um.append(self.offset_um)
-        told = block | {
+        told = {"total_um": LIMITS.largest_um, "step_um": STEP_UM} | block
+        told |= {
             "init": init,
             "elapsed_s": self.scan_s if elapsed_s is None else elapsed_s,
             "cycle_s": CYCLE_S,
             "got_mm": self.got_mm,
             "um_per_mm": self.um_per_mm,
-            "total_um": LIMITS.largest_um,
-            "step_um": STEP_UM,
             "get_done": self.get.done,
             "get_error": self.get.error,
             "put_done": self.put.done,
@@ -215,6 +214,20 @@ def test_what_is_no_number_goes_to_zero_by_steps_and_an_unstated_direction_does_
     for k in range(200):
         assert not unstated.scan(**told(5.0, k // 8))["read_ok"]
     assert unstated.k0_mm == 0.004
+
+
+@pytest.mark.parametrize("number", ["step_um", "total_um"])
+@pytest.mark.parametrize("odd", [float("nan"), -0.5, 0.0])
+def test_a_limit_that_cannot_be_is_no_limit_so_that_nothing_is_written(
+    number: str, odd: float
+) -> None:
+    control = Control()
+    control.k0_mm = -0.02
+    for k in range(200):
+        said = control.scan(**told(0.0, k // 8), **{number: odd})
+        assert not said["read_ok"]
+        assert not said["put_request"]
+    assert control.k0_mm == -0.02
 
 
 def test_a_model_block_that_stops_has_its_offset_taken_back_and_one_that_is_off_has_not() -> None:
