@@ -2,7 +2,7 @@
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import final
 
@@ -74,9 +74,12 @@ def _block_name(name: str) -> str:
 
 def _stems(texts: Iterable[str], what: str, longest: int, taken: Iterable[str]) -> tuple[str, ...]:
     """Return a stem for every text; a text that needs no change keeps its own."""
-    used = set(taken)
+    used, texts = set(taken), tuple(texts)
+    words = [set(_plain(text).split("_")) for text in texts]
+    shared = set[str]().union(*words[:1]).intersection(*words) if len(words) > 1 else set[str]()
     wanted = [
-        (text, legal_stem(text, longest, place=Place(key=what, channel=text))) for text in texts
+        (text, legal_stem(text, longest, place=Place(key=what, channel=text), without=shared))
+        for text in texts
     ]
     stems: dict[int, str] = {}
     for changed in (False, True):
@@ -99,13 +102,31 @@ def unique(stem: str, used: Iterable[str], longest: int) -> str:
     return tried
 
 
-def legal_stem(text: str, longest: int, *, place: Place) -> str:
-    """Return a text as a name behind a prefix: lower case, digits and single underscores."""
-    plain = unicodedata.normalize("NFKD", _ascii_units(text)).encode("ascii", "ignore").decode()
-    stem = re.sub(r"[^a-z0-9]+", "_", plain.lower()).strip("_")[:longest].rstrip("_")
+def legal_stem(
+    text: str, longest: int, *, place: Place, without: Collection[str] = frozenset()
+) -> str:
+    """Return a text as a name behind a prefix: lower case, digits and single underscores.
+
+    One that is too long loses the words that it may be without, then letters of its longest words,
+    so that left and right, front and rear, 1 and 2 stay apart.
+    """
+    stem = _plain(text)
     if not stem:
         raise ConfigurationError("name_without_letters", place=place)
-    return stem
+    if len(stem) <= longest:
+        return stem
+    words = stem.split("_")
+    words = [word for word in words if word not in without] or words
+    while len("_".join(words)) > longest and max(map(len, words)) > 1:
+        k = max(range(len(words)), key=lambda place: len(words[place]))
+        letters = words[k].rstrip("0123456789")
+        words[k] = letters[:-1] + words[k][len(letters) :] if letters else words[k][:-1]
+    return "_".join(words)[:longest].rstrip("_")
+
+
+def _plain(text: str) -> str:
+    plain = unicodedata.normalize("NFKD", _ascii_units(text)).encode("ascii", "ignore").decode()
+    return re.sub(r"[^a-z0-9]+", "_", plain.lower()).strip("_")
 
 
 def remark_text(text: str, longest: int = LONGEST_TEXT) -> str:

@@ -64,7 +64,8 @@ def test_a_name_becomes_lower_case_with_single_underscores() -> None:
     assert legal_stem("__T1__(°C)", 30, place=Place(key="x")) == "t1_degc"
     assert legal_stem("Lůžko řady 3", 30, place=Place(key="x")) == "luzko_rady_3"
     assert legal_stem("Weg µm", 30, place=Place(key="x")) == "weg_um"
-    assert legal_stem("front bearing", 6, place=Place(key="x")) == "front"
+    assert legal_stem("front bearing", 6, place=Place(key="x")) == "fr_bea"
+    assert legal_stem("a b c d e f g", 6, place=Place(key="x")) == "a_b_c"
 
 
 def test_a_name_without_a_letter_is_refused() -> None:
@@ -95,10 +96,27 @@ def test_names_are_unique_whatever_the_case(texts: list[str]) -> None:
         assert all(is_legal(prefix + stem) for stem in stems)
 
 
-def test_names_that_are_cut_to_the_same_beginning_get_a_number() -> None:
-    long = "temperature of the front bearing"
-    names = names_of(a_model((f"{long} 1", f"{long} 1"), (f"{long} 2", f"{long} 2")), "axis")
-    assert names.channels == ("temperature_of", "temperature_2")
+def test_long_names_keep_what_tells_them_apart() -> None:
+    def channels(*texts: str) -> tuple[str, ...]:
+        return names_of(a_model(*((text, text) for text in texts)), "axis").channels
+
+    bearing = "T_Spindellager_vorne_{}_C"
+    sides = bearing.format("links"), bearing.format("rechts")
+    assert channels(*sides) == ("links", "rechts")
+    assert channels(*sides, "T_Bett_C") == ("spin_vorn_link", "spin_vorn_rech", "t_bett_c")
+    assert channels(*sides, "Raum") == ("t_sp_vor_lin_c", "t_sp_vor_rec_c", "raum")
+    assert channels("Umgebungstemperatur12", "Umgebungstemperatur13") == (
+        "umgebungstem12",
+        "umgebungstem13",
+    )
+    blocks = [names_of(a_model(("p", "t")), f"Bearbeitungszentrum Halle {k}").block for k in "12"]
+    assert blocks == ["tx_bearbeitungsz_halle_1", "tx_bearbeitungsz_halle_2"]
+
+
+def test_names_that_are_cut_to_the_same_get_a_number() -> None:
+    long = "temperatureofthefrontbearing"
+    names = names_of(a_model((f"{long}a", f"{long}a"), (f"{long}b", f"{long}b")), "axis")
+    assert names.channels == ("temperatureoft", "temperatureo_2")
     assert unique("a", {"a", "a_2"}, 5) == "a_3"
 
 
