@@ -412,6 +412,7 @@ NOT_NOTICED = {
     "running_s > settle_s THEN | > -> >=": "where they are equal it stays as it is",
     "ready_s > recovery_delay_s THEN | > -> >=": "the same",
     "IF fault > 0 THEN | 0 -> 1": "every fault is larger",
+    "unseen_k := 1.0E+06; |": "every temperature is allowed long before",
     "elapsed_s := 1.0E+09; |": "every time counts as over long before",
     "elapsed_s > 1.0E+09 THEN | > -> >=": "the same",
     "share := elapsed_s / (3600.0 + elapsed_s); | + -> -": "by name in test_a_column_that_stands",
