@@ -782,6 +782,23 @@ def test_what_is_found_after_long_fading_fades_too() -> None:
     assert [output.state for output in said[114:122]] == [fading, *[warming] * 6, fading]
 
 
+def read_on_the_other_side() -> Stated:
+    """The control reports an offset on the other side of zero until that is a fault, and on."""
+    rows: list[dict[str, Any]] = []
+    for value_c, read_um in ((12.0, -5.0), (28.0, 5.0)):
+        warm = {"t_spindle": value_c}
+        begun = {"init": True, "enable": False, "read_z_um": -0.02 * read_um}
+        rows += [warm | begun, *[warm] * 20, *[warm | {"read_z_um": read_um}] * 40]
+    return slow_settings(), rows, [20.0]
+
+
+def test_after_a_fault_no_correction_goes_beyond_zero_to_what_is_reported() -> None:
+    said = side_by_side(*read_on_the_other_side())
+    for last, sign in ((60, 1.0), (121, -1.0)):
+        assert said[last].state is SupervisorState.FAULT
+        assert sign * said[last].correction_um[0] >= 0.0
+
+
 def late_while_fading() -> Stated:
     """A call comes too late while a correction fades, on both sides of zero."""
     rows: list[dict[str, Any]] = []
@@ -935,6 +952,7 @@ def every_stated() -> list[Stated]:
         resting(),
         acknowledged_with_every_request(),
         late_while_fading(),
+        read_on_the_other_side(),
         differs_for_less_than_a_cycle(),
         found_after_long_fading(),
         at_its_limit_after_a_gap(),
