@@ -58,7 +58,8 @@ def test_a_stuck_sensor_is_named_when_a_model_is_verified(tmp_path, capsys):
 def test_a_model_of_noise_says_that_it_is_not_to_be_used(tmp_path, capsys):
     random = np.random.default_rng(3)
     path = written(tmp_path / "noise.csv", T_spindle_C=22.0 + random.normal(0.0, 2.0, 5040))
-    result = identified(path, tmp_path, *INPUT)
+    written_to = tmp_path / "model.json"
+    result = identified(path, tmp_path, *INPUT, "--model", str(written_to))
     told = {w["code"] for w in result["outputs"]["Z_um"]["warning_codes"]}
     held_out = result["outputs"]["Z_um"]["held_out"]
     assert held_out["what_code"]["code"] == "held_out-later_part"
@@ -67,6 +68,9 @@ def test_a_model_of_noise_says_that_it_is_not_to_be_used(tmp_path, capsys):
     assert "warning-" not in shown
     notes = [line for line in shown.splitlines() if line.startswith(("Z_um: ", "spindle: "))]
     assert "do not use it" in notes[1], "the first note after the headline"
+    model = read_model(written_to)
+    assert model.provenance.condemned == ("Z_um",)
+    assert "do not use it" in model.warnings[0]
 
 
 def test_candidates_of_a_slower_recorder_are_used_at_their_own_rate(tmp_path):

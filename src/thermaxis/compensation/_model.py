@@ -252,6 +252,12 @@ class Provenance:
                 raise ConfigurationError("not_finite", place=Place(key=f"figures.{name}"))
         object.__setattr__(self, "figures", MappingProxyType(dict(self.figures)))
 
+    @property
+    def condemned(self) -> tuple[str, ...]:
+        """Outputs of which the identification says ``NAME.condemned``: not to be used."""
+        names = (name.rpartition(".") for name, value in self.figures.items() if value)
+        return tuple(output for output, _, figure in names if figure == "condemned")
+
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)

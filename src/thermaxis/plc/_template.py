@@ -1,5 +1,6 @@
 """Templates, and text as they need it: numbers as people read them, remarks, sentences."""
 
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,11 @@ def _remark(text: str, longest: int = LONGEST_TEXT) -> str:
     return remark_text(text, longest)
 
 
+def _warning(text: str) -> str:
+    """Return a warning of a model in the signs of a remark: what was parted stays so."""
+    return remark_text(re.sub(r",(?=\s)", " -", re.sub(r"\)?[:;](?=\s)", ".", text)), 500)
+
+
 @cache
 def _templates() -> Environment:
     own: dict[str, Any] = {
@@ -46,6 +52,7 @@ def _templates() -> Environment:
         "remark": _remark,
         "said": remark_of,
         "sentence": sentence,
+        "warning": _warning,
         "zip": zip,
     }
     made = Environment(  # noqa: S701 - a program and Markdown, whose texts from people are cleaned

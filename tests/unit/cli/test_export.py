@@ -19,7 +19,14 @@ from tests.unit.plc.equal_parts import CBlock, CLibrary, c_library
 from tests.unit.plc.st_to_c import st_as_c
 from thermaxis import plc
 from thermaxis.cli.exchange import export
-from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
+from thermaxis.compensation import (
+    CompensationModel,
+    GainPoint,
+    Output,
+    Part,
+    Provenance,
+    Section,
+)
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_model, write_model
 from thermaxis.plc import vectors_of
@@ -269,6 +276,28 @@ def test_a_model_that_counts_from_its_start_warns_everywhere_with_its_hours(tmp_
     for text in (said, guide, plain, " ".join(report["warnings"])):
         assert "about three of its slowest time constants, 10 h" in text
     assert report["reference"] == "start"
+
+
+def test_a_model_that_its_identification_condemns_is_refused_unless_somebody_insists(
+    tmp_path, capsys
+):
+    verdict = "do not use it, it explains nothing: it leaves 10.4 um (of 9.8 um); give another test"
+    figures = {"X_um.fit_percent": -6.0, "X_um.condemned": 1.0}
+    path = small_model(
+        tmp_path / "w.json", provenance=Provenance(figures=figures), warnings=(verdict,)
+    )
+    words = (path, "--dialect", "st", "--cycle-s", "1", *STATED, "-o", tmp_path / "plc")
+    assert refusal("export", *words).code == "condemned"
+    assert not (tmp_path / "plc").exists()
+    run(*words, "--condemned")
+    said = [line for line in capsys.readouterr().out.splitlines() if "warning: " in line]
+    assert said[0] == f"warning: {verdict}"
+    head = (tmp_path / "plc" / "tx_w.st").read_text(encoding="ascii").partition("VAR_INPUT")[0]
+    plain = " ".join(re.sub(r"[(*)]+", " ", head).split())
+    first = plain.partition("Warning: ")[2]
+    assert first.startswith(
+        "do not use it - it explains nothing. it leaves 10.4 um of 9.8 um. give another test"
+    )
 
 
 def test_stated_references_that_a_model_has_make_what_a_stated_model_makes(tmp_path, capsys):

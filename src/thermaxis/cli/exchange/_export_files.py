@@ -47,6 +47,9 @@ def export_of(arguments: argparse.Namespace) -> Export:
 def _export_of(arguments: argparse.Namespace) -> Export:
     target, double = target_of(arguments)
     exported = exported_of(arguments, tempcomp=target.dialect == TEMPCOMP)
+    condemned = exported.compensation.model.provenance.condemned
+    if condemned and not arguments.condemned:
+        raise ConfigurationError("condemned", outputs=condemned)
     line = _line_of(arguments, exported) if exported.positions_mm else None
     settings = plc.export_settings(
         exported.compensation,

@@ -69,6 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " has its own",
         bool,
     )
+    add("--condemned", "export it although its identification says: do not use it", bool)
     add(
         "--reference",
         "take the temperatures that the model states as its references, in place of those at"
@@ -148,7 +149,7 @@ def _summary(export: Export, folder: Path) -> str:
     restart = restart_warning(settings)
     warned = [plc.remark_of(one) for one in (restart, *export.remarks) if one is not None]
     lines += [f"changed: {plc.remark_of(note)}" for note in settings.notes]
-    lines += [f"warning: {printable(text, 400)}" for text in (*warned, *model.warnings)]
+    lines += [f"warning: {printable(text, 400)}" for text in (*model.warnings, *warned)]
     lines += [f"written: {printable(str(folder / name))}" for name in export.files]
     lines.append(f"not checked: {'; '.join(cast('list[str]', export.report['not_checked']))}")
     return "\n".join(lines) + "\n"

@@ -26,8 +26,7 @@ _MOST_OUTPUTS, _MOST_PARTS, _MOST_TRIED, _MOST_NOTES = 5, 6, 5, 6
 _RULES = {
     "model": "model", "static": "static", "averages": "fixed averages", "hold": "nothing changes"
 }  # fmt: skip
-_VERDICTS = {"warning-not_fit", "warning-explains_nothing"}
-_FIRST = _VERDICTS | {
+_FIRST = thermal.VERDICTS | {
     "warning-trained_badly", "warning-simple_left_less",
     "warning-drift_held_out", "warning-probe_drift",
 }  # fmt: skip
@@ -201,7 +200,7 @@ def _errors(outputs: Sequence[thermal.IdentifiedOutput]) -> Table:
     """Return the errors of model and simple rules on the training rows and on those held out."""
     rows: list[list[Value]] = []
     for output in outputs:
-        unfit = {warning.code for warning in output.warnings} & _VERDICTS
+        unfit = {warning.code for warning in output.warnings} & thermal.VERDICTS
         every = {"training": (output.starts, output.training_rmse_um)}
         if output.held_out is not None:
             every["held out"] = (output.held_out.starts, output.held_out.rmse_um)

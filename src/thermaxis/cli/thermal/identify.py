@@ -221,6 +221,11 @@ def run(arguments: argparse.Namespace) -> int:
                 f"{o.name}.fit_percent": fit
                 for o in result.outputs
                 if (fit := o.fit_percent) is not None
+            }
+            | {
+                f"{o.name}.condemned": 1.0
+                for o in result.outputs
+                if not thermal.VERDICTS.isdisjoint(w.code for w in o.warnings)
             },
         )
         if arguments.model is not None:

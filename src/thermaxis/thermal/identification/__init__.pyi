@@ -16,6 +16,7 @@ from ._records import (
     usual_step_of as usual_step_of,
 )
 from ._result import (
+    VERDICTS as VERDICTS,
     HeldOut as HeldOut,
     Identification as Identification,
     IdentifiedOutput as IdentifiedOutput,

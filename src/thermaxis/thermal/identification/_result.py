@@ -21,6 +21,9 @@ from thermaxis.thermal.verification import (
     VerifiedOutput,
 )
 
+VERDICTS = frozenset({"warning-not_fit", "warning-explains_nothing"})
+"""Warnings by which a model is not to be used."""
+
 
 class Method(StrEnum):
     """Estimators."""
@@ -219,7 +222,7 @@ class Identification:
             records,
             static_gains_um_per_k=statics,
             provenance=provenance,
-            warnings=[*map(sentence, self.messages)],
+            warnings=[*map(sentence, sorted(self.messages, key=lambda m: m.code not in VERDICTS))],
         )
         if self.joint is None:
             return model
