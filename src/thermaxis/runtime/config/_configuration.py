@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
-from typing import Final, final
+from typing import Any, Final, cast, final
 
 from thermaxis.codes import Place
 from thermaxis.compensation import (
@@ -80,7 +80,7 @@ class MachineRules:
             cycle_s=self.cycle_s,
             redundant=self.redundant.intersection(model.channels),
             interlocks=self.interlocks,
-            **self.validity,
+            **cast("Mapping[str, Any]", self.validity),
         )
 
 
