@@ -275,7 +275,7 @@ def cycle(
     step_s = min(elapsed_s, LONGEST_STEP_CYCLES * compensation.cycle_s)
     runs = _RESTARTS.isdisjoint(model.outcomes)
     follows = connected and agrees and other is False and in_force == state.correction_um
-    expected = state.expected if follows else ()
+    expected = state.expected if follows and runs else ()
     touched = _touched(compensation, state, reading, expected, asked, (time_s, step_s), runs=runs)
     offsets, touch_outcomes = touched
     offset_um = tuple(one.in_force_um for one in offsets)

@@ -112,8 +112,9 @@ class Touch(NamedTuple):
     """Tool point relative to workpiece while the correction was in force, positive away. [µm]"""
     time_s: float
     """When it was taken, on the clock of the cycle. [s]"""
-    number: int = 0
-    """Its number: one that has the number of the last one is that one again. [1]"""
+    number: int | None = None
+    """Its number: one that has the number of the last one is that one again, and any other is a new
+    one; without a number the time decides. [1]"""
     noise_um: float | None = None
     """Its standard deviation; None for that of the rules. [µm]"""
 
@@ -130,7 +131,7 @@ class TouchOutcome(StrEnum):
     """What is known excludes it: a second touch is wanted. One changes nothing; the third in a row
     voids what was known."""
     REPEATED = "repeated"
-    """It is the last one again, or older than the last one."""
+    """It is the last one again, by its number or, where none is stated, not newer than that."""
     UNTIMELY = "untimely"
     """What was in force at its time is not known: too late, too early, or the machine not read."""
     UNUSABLE = "unusable"
@@ -222,7 +223,8 @@ def touch_step(
     """
     if state.off:
         return state, TouchOutcome.NO_EFFECT
-    if touch.time_s <= state.touched_s or touch.number == state.number:
+    older = touch.time_s <= state.touched_s
+    if older if touch.number is None else touch.number == state.number:
         return state, TouchOutcome.REPEATED
     noise_um = rules.noise_um if touch.noise_um is None else touch.noise_um
     touched = Belief(touch.value_um - expected_um, noise_um**2, touch.time_s)  # (2)
@@ -242,7 +244,7 @@ def touch_step(
     outcome = TouchOutcome.BELIEVED
     if not _agree(rules, known, touched):
         first, outcome = state.suspect, TouchOutcome.CONFIRMED
-        soon = first is not None and touch.time_s - first.time_s <= rules.confirm_s
+        soon = first is not None and abs(touch.time_s - first.time_s) <= rules.confirm_s
         known = _known(rules, first, touch.time_s)
         if not soon or not _agree(rules, known, touched):
             excluded = state.excluded + 1
@@ -338,5 +340,5 @@ def _usable(touch: Touch) -> bool:
         number(touch.time_s),
         number(noise_um, LARGEST_LIMIT_UM),
     )
-    named = isinstance(touch.output, str) and isinstance(touch.number, int)  # pyright: ignore[reportUnnecessaryIsInstance] - whatever is sent
+    named = isinstance(touch.output, str) and (touch.number is None or type(touch.number) is int)  # pyright: ignore[reportUnnecessaryIsInstance] - whatever is sent
     return named and None not in numbers and noise_um >= SMALLEST_NOISE_UM

@@ -246,6 +246,7 @@ def test_a_touch_is_untimely_where_what_was_in_force_is_not_known() -> None:
         ({"output": ["Z_um"]}, TouchOutcome.UNUSABLE),
         ({"number": np.array([1, 2])}, TouchOutcome.UNUSABLE),
         ({"output": "X_um"}, TouchOutcome.UNKNOWN_OUTPUT),
+        ({"number": True}, TouchOutcome.UNUSABLE),
         ({"number": 1}, TouchOutcome.REPEATED),
     ],
 )
@@ -257,10 +258,26 @@ def test_a_touch_of_no_use_changes_nothing(change: dict[str, Any], outcome: Touc
     assert rig.state_um.belief == before
 
 
-def test_a_touch_older_than_the_last_one_is_repeated() -> None:
+def test_touches_without_a_number_are_told_apart_by_time() -> None:
     rig = Touched()
-    rig.touch()
-    assert rig.touch(time_s=rig.time_s - 1.0) is TouchOutcome.REPEATED
+    for _ in range(3):
+        assert rig.touch(number=None) is BELIEVED
+    assert rig.touch(number=None, time_s=rig.time_s - 0.5) is TouchOutcome.REPEATED
+    assert rig.touch(number=None, time_s=rig.time_s - 2.0) is TouchOutcome.REPEATED
+
+
+def test_a_number_that_is_new_is_a_new_touch_whatever_its_time() -> None:
+    rig = Touched()
+    rig.steps(5)
+    assert rig.touch() is BELIEVED
+    assert rig.touch(time_s=rig.time_s - 3.0) is BELIEVED, "a clock that was set back"
+    assert rig.touch(number=rig.number) is TouchOutcome.REPEATED
+
+
+def test_a_touch_from_long_before_the_one_that_was_excluded_confirms_nothing() -> None:
+    excluded, _ = one(OffsetState(), 34.0, 5000.0, number=2)
+    for before_s, outcome in ((590.0, CONFIRMED), (610.0, EXCLUDED)):
+        assert one(excluded, 34.0, 5000.0 - before_s, number=1)[1] is outcome
 
 
 def test_what_is_no_touch_at_all_is_survived() -> None:
@@ -329,6 +346,14 @@ def test_an_offset_starts_anew_with_the_machine_and_the_model() -> None:
     assert rig.state_um.in_force_um < -3.0
     rig.steps(40)
     assert rig.state_um.in_force_um == 0.0
+
+
+def test_a_touch_from_before_the_model_started_anew_is_untimely() -> None:
+    rig = Touched()
+    touched = Touch("Z_um", rig.probed_um(), rig.time_s + 0.5, 1)
+    for seconds in (2000.0, 1.0):  # the first is longer than the model's longest gap
+        output = rig.step(seconds=seconds, touches=(touched,))
+        assert output.touch_outcomes == (TouchOutcome.UNTIMELY,)
 
 
 def test_another_clock_changes_nothing_but_the_times() -> None:
