@@ -94,6 +94,35 @@ def test_an_output_without_touches_has_no_figures_of_them() -> None:
     assert verify(MODEL, [log], touches=plan).logs[0].outputs[0].touched is None
 
 
+@pytest.mark.parametrize("row_s", [3600.0, 7200.0])
+def test_touches_count_where_rows_are_hours_long_and_a_warning_says_that_none_is_confirmed(
+    row_s: float,
+) -> None:
+    values = {"T_C": np.full(20, 20.0), "Z_um": 4.0 * (np.arange(20) > 0)}
+    log = ThermalLog.from_columns(values, sample_time_s=row_s, name="rare")
+    found = verify(MODEL, [log], touches=replace(EXACT, every_s=row_s))
+    figures = found.logs[0].outputs[0].touched
+    assert figures is not None
+    assert (figures.touches, figures.excluded) == (19, 0)
+    assert figures.untimely == 1, "the model starts in the first row"
+    assert figures.with_offset.mae_um < 0.25 < figures.free_run.mae_um
+    said = {one.code: one.values for one in found.warnings}
+    assert said["remark-touches_unconfirmed"]["step_s"] == row_s
+    wide = replace(EXACT, every_s=row_s, rules=replace(FINE, confirm_s=row_s))
+    said = {one.code for one in verify(MODEL, [log], touches=wide).warnings}
+    assert "remark-touches_unconfirmed" not in said
+
+
+def test_a_log_of_which_no_touch_can_be_used_says_so() -> None:
+    model = replace(MODEL, longest_gap_s=30.0)  # every row of a minute starts it anew
+    log = warmed(np.full(600, 4.0))
+    found = verify(model, [log], touches=EXACT)
+    figures = found.logs[0].outputs[0].touched
+    assert figures is not None
+    assert (figures.touches, figures.untimely) == (10, 10)
+    assert "remark-touches_untimely" in {warning.code for warning in found.warnings}
+
+
 def test_limits_hold_for_model_and_offset_together() -> None:
     offset_um = np.where(np.arange(600) < 90, 0.0, 30.0)
     limits = {"Z_um": Limits(45.0, 1.0)}

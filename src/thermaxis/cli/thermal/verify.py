@@ -51,6 +51,7 @@ _RULES = {
     "nothing": "nothing", "probe_and_hold": "probe and hold",
     "free_run": "model alone", "with_offset": "model and offset",
 }  # fmt: skip
+_NOT_YET = "The loop on a machine takes no touches yet: this is what they would be worth."
 _LIMITED = "With the correction within its limits, begun at rest as the machine begins"
 
 
@@ -319,6 +320,7 @@ def _touched(result: thermal.Verification) -> list[Part]:
             Value("", name[:40], "output"),
             Value("touches", f.touches, "touches"),
             Value("excluded", f.excluded, "excluded"),
+            Value("untimely", f.untimely, "untimely"),
             Value("off", f.off),
             Value("", "off" if f.off else "on", "offset"),
             Value("within_two_sigma", f.within_two_sigma, "in 2 sigma", ".2f"),
@@ -345,6 +347,7 @@ def _touched(result: thermal.Verification) -> list[Part]:
             names=list(found),
             words=1,
         ),
+        _NOT_YET,
     ]
 
 

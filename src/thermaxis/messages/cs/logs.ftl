@@ -5,6 +5,8 @@ remark-input_failed = v { $rows } řádcích ({ FIXED($share_percent, decimals: 
 remark-gap = { outcome-gap } ({ $count }krát)
 remark-clock_backward = { outcome-clock_backward } ({ $count }krát)
 remark-limits_too_narrow = meze jsou příliš úzké: kompenzace přejde { $count }krát do stavu Porucha; zde se každá ihned potvrdí
+remark-touches_untimely = { $channel }: z dotyků ({ $touches }) se nepočítá žádný: není známo, co při nich působilo, neboť chyběly vstupy nebo model mezi řádky začal znovu; cena dotyků se zde neukáže
+remark-touches_unconfirmed = { $channel }: řádky jsou { FIXED($step_s, decimals: 0) } s od sebe, dotyk, který neodpovídá, však čeká na druhý nejvýše { FIXED($confirm_s, decimals: 0) } s: vyloučeno { $excluded } z { $touches } a nebylo je čím potvrdit; cenu dotyků ukáže záznam s kratšími řádky
 
 log-never_measured = { $name }: v žádném řádku není hodnota
     .remedy = Kanál vynechte, nebo zkontrolujte zapojení a export.

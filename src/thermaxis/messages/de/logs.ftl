@@ -5,6 +5,8 @@ remark-input_failed = in { $rows } Zeilen ({ FIXED($share_percent, decimals: 1) 
 remark-gap = { outcome-gap } ({ $count }-mal)
 remark-clock_backward = { outcome-clock_backward } ({ $count }-mal)
 remark-limits_too_narrow = die Grenzen sind zu eng: die Kompensation geht { $count }-mal in Störung; hier wird jede sofort quittiert
+remark-touches_untimely = { $channel }: keine von { $touches } Antastungen zählt: was dabei wirkte, ist nicht bekannt, da Eingänge fehlten oder das Modell zwischen Zeilen neu begann; was Antastungen wert sind, zeigt sich hier nicht
+remark-touches_unconfirmed = { $channel }: die Zeilen liegen { FIXED($step_s, decimals: 0) } s auseinander, eine Antastung, die nicht passt, wartet aber höchstens { FIXED($confirm_s, decimals: 0) } s auf eine zweite: { $excluded } von { $touches } waren ausgeschlossen und nicht zu bestätigen; was Antastungen wert sind, zeigt eine Aufzeichnung mit kürzeren Zeilen
 
 log-never_measured = { $name }: in keiner Zeile ein Wert
     .remedy = Kanal weglassen, oder Verdrahtung und Export prüfen.

@@ -7,6 +7,8 @@ remark-input_failed = an input had failed for too long in { $rows } rows ({ FIXE
 remark-gap = { outcome-gap } ({ $count } times)
 remark-clock_backward = { outcome-clock_backward } ({ $count } times)
 remark-limits_too_narrow = the limits are too narrow: the compensation goes to the state Fault { $count } times; here each is acknowledged at once
+remark-touches_untimely = { $channel }: none of { $touches } touches counts: what was in force at their times is not known, as inputs were missing or the model started anew between rows; what touches are worth does not show here
+remark-touches_unconfirmed = { $channel }: rows lie { FIXED($step_s, decimals: 0) } s apart, but a touch that does not fit waits for a second one { FIXED($confirm_s, decimals: 0) } s at most: { $excluded } of { $touches } were excluded and could not be confirmed; take a log of shorter rows to see what touches are worth
 
 ## What is suspicious about a log
 

@@ -100,8 +100,9 @@ def compensation_along(
     )
 
 
-Touching = Callable[[int, CycleState, CycleOutput], tuple[Touch, ...]]
-"""Touches at a row, with what the cycle has left and said there; they are known at the next row."""
+Touching = Callable[[int | None, CycleState, CycleOutput], tuple[Touch, ...]]
+"""Touches at a row, None between rows, with what the cycle has left and said there; they are known
+in the next cycle."""
 
 
 def cycles_along(
@@ -123,13 +124,11 @@ def cycles_along(
         between = [before_s + (time_s - before_s) * j / pieces for j in range(1, pieces)]
         cycles = [*((None, at_s, held) for at_s in between if held), (k, time_s, samples)]
         for row, at_s, seen in cycles:
-            known = () if row is None else touches
             reading = CycleReading(
-                at_s, seen, read_back_um=state.correction_um, requests=requests, touches=known
+                at_s, seen, read_back_um=state.correction_um, requests=requests, touches=touches
             )
             state, output = cycle(compensation, state, reading)
             requests = _ENABLE if output.state is SupervisorState.FAULT else ()
-            if row is not None and touching is not None:
-                touches = touching(row, state, output)
+            touches = () if touching is None else touching(row, state, output)
             yield row, output
         before_s, held = time_s, samples

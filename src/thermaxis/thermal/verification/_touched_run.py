@@ -85,9 +85,12 @@ class TouchFigures:
     with_offset: TouchError
     """Corrected by model and offset of the touches."""
     touches: int
-    """Touches along the log. [1]"""
+    """Touches along the log, but for one in its last row. [1]"""
     excluded: int
     """Of them excluded by the gate. [1]"""
+    untimely: int
+    """Of them not used, as what was in force at their time is not known, such as one in the first
+    row, where the model starts. [1]"""
     off: bool
     """Whether touches did not see the correction, so that the offset was off at the end."""
     within_two_sigma: float | None
@@ -131,7 +134,7 @@ def touched_run(
 ) -> TouchFigures:
     """Run the compensation of one output along a log that is touched.
 
-    A touch is known at the next row: each is judged by what was known before its own touch. The
+    A touch is known after its row: each is judged by what was known before its own touch. The
     machine obeys. Without limits there are none, and the model is believed everywhere.
     """
     touched_um, measured_um, level_um, counted = shown
@@ -147,10 +150,13 @@ def touched_run(
     model_um, correction_um, held_um = (np.zeros(log.rows) for _ in range(3))
     held_um += level_um
     seen: list[_Seen] = []
-    excluded, off = 0, False
+    outcomes: list[TouchOutcome] = []
 
-    def touching(row: int, state: CycleState, said: CycleOutput) -> tuple[Touch, ...]:
-        again = plan.every_s is not None and not _WANT_MORE.isdisjoint(said.touch_outcomes)
+    def touching(row: int | None, state: CycleState, said: CycleOutput) -> tuple[Touch, ...]:
+        outcomes.extend(said.touch_outcomes)
+        if row is None:
+            return ()
+        again = plan.every_s is not None and not _WANT_MORE.isdisjoint(outcomes[-1:])
         shown_um = float(touched_um[row])
         if math.isnan(shown_um) or not (due[row] or again):
             return ()
@@ -166,8 +172,6 @@ def touched_run(
     for row, said in cycles_along(
         compensation, log, diameter_mm=diameter_mm, reference_s=reference_s, touching=touching
     ):
-        excluded += said.touch_outcomes.count(TouchOutcome.EXCLUDED)
-        off |= TouchOutcome.NO_EFFECT in said.touch_outcomes
         if row is not None:
             model_um[row], correction_um[row] = said.model_um[0], said.correction_um[0]
     left = (
@@ -181,9 +185,10 @@ def touched_run(
     errors = [_error(e[counted], plan.tolerance_um) for e in left]
     return TouchFigures(
         *errors,
-        touches=len(seen),
-        excluded=excluded,
-        off=off,
+        touches=len(outcomes),
+        excluded=outcomes.count(TouchOutcome.EXCLUDED),
+        untimely=outcomes.count(TouchOutcome.UNTIMELY),
+        off=TouchOutcome.NO_EFFECT in outcomes,
         within_two_sigma=float(np.mean(judged)) if judged else None,
         likely_drift_um_per_root_h=_likely_drift(rules, before if len(before) >= _FEWEST else seen),
     )

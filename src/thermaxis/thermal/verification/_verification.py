@@ -354,6 +354,7 @@ def _verify_log(asked: _Comparison, log: ThermalLog) -> VerifiedLog:
             *_warnings(runs),
             *_stopped(limited.values()),
             *(remark for output in outputs for remark in output.start_remarks),
+            *(remark for output in outputs for remark in _unused(asked.touches, log, output)),
         ),
         reference_s=reference_s,
     )
@@ -399,6 +400,19 @@ def _failed(bad: NDArray[np.bool_]) -> tuple[Message, ...]:
 def _stopped(runs: Iterable[LimitedRun]) -> tuple[Message, ...]:
     faults = max((run.faults for run in runs), default=0)
     return (Message("remark-limits_too_narrow", {"count": faults}),) if faults else ()
+
+
+def _unused(plan: TouchPlan | None, log: ThermalLog, output: VerifiedOutput) -> tuple[Message, ...]:
+    """Return why touches of this log are worth less than on a machine."""
+    if plan is None or (found := output.touched) is None or not found.touches:
+        return ()
+    values = {"channel": output.measured.channel, "touches": found.touches}
+    if found.untimely == found.touches:
+        return (Message("remark-touches_untimely", values),)
+    row = {"step_s": log.usual_step_s, "confirm_s": plan.rules.confirm_s}
+    if row["step_s"] <= row["confirm_s"]:
+        return ()
+    return (Message("remark-touches_unconfirmed", {**values, "excluded": found.excluded, **row}),)
 
 
 def _verify_output(
