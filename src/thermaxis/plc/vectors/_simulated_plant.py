@@ -50,6 +50,7 @@ class SimulatedPlant:
         self.calls_left = 0
         self._reached: set[tuple[str, bool]] = set()
         self._faults = 0
+        self._states: set[int] = set()
         self._unfit: list[str] = []
         self.alive = self._up = False
         self._stood = 0
@@ -104,6 +105,7 @@ class SimulatedPlant:
         if self.said["linked"] and self.said["state"] != _OFF:
             self.offset_um = [self.said[f"correction_{stem}"] for stem in stems]
         self._faults |= self.said["fault_word"]
+        self._states.add(self.said["state"])
         wanted_um = [(stem, self.said[f"wanted_{stem}"]) for stem in stems if self.limited(stem)]
         self._reached |= {(stem, um > 0.0) for stem, um in wanted_um}
         return PlcStep(inputs, self.said)
@@ -173,13 +175,14 @@ class SimulatedPlant:
         return fits
 
     def missing(self) -> list[str]:
-        """Return which limits and faults did not occur until now, and what did not fit."""
+        """Return which states, faults and limits did not occur until now, and what did not fit."""
         limits = product(self.outputs, (("upper", True), ("lower", False)))
         faults = [2**k for k in range(len(Reason))]
         return [
+            *(f"state {k} {s}" for k, s in enumerate(SupervisorState) if k not in self._states),
             *(f"fault_word {bit}" for bit in faults if not self._faults & bit),
             *(f"{w} limit of {s}" for s, (w, up) in limits if (s, up) not in self._reached),
-            *self._unfit,
+            *dict.fromkeys(self._unfit),
         ]
 
     # ---- requests and offsets -------------------------------------------------------------------
