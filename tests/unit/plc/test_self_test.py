@@ -4,6 +4,7 @@ import ctypes
 import re
 import subprocess
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -14,7 +15,18 @@ from tests.unit.plc.mutants import every_mutant
 from tests.unit.plc.plc_scenarios import random_settings
 from tests.unit.plc.st_to_c import st_as_c
 from tests.unit.plc.test_tempcomp import settings_at
-from thermaxis.plc import LIBRARY, Block, LineSettings, SelfTest, self_test_of
+from thermaxis.compensation import SupervisorRules, SupervisorState
+from thermaxis.plc import (
+    LIBRARY,
+    Block,
+    GuideFacts,
+    LineSettings,
+    SelfTest,
+    Target,
+    export_settings,
+    guide_text,
+    self_test_of,
+)
 
 LINE = LineSettings(positions_mm=(100.0, 500.0), away=True, reference_mm=50.0)
 BLOCKS = (
@@ -72,11 +84,42 @@ def test_it_passes_in_structured_text_whatever_the_model_and_not_before_its_last
     said = verdicts(texts, 2000, tmp_path)
     for k, name in enumerate(texts):
         test = made(k)
-        assert 30 <= test.rows <= 55
+        assert 50 <= test.rows <= 60
         # Nothing happens in the call in which it is not run.
         assert said[name][test.calls] == (True, True, test.rows)
         assert said[name][test.calls - 1][:2] == (False, False)
         assert said[name][-1] == said[name][test.calls]
+
+
+@pytest.mark.parametrize(("cycle_s", "settle_s"), [(0.1, 60.0), (0.1, 300.0), (1.0, 1800.0)])
+def test_a_wait_that_does_not_fit_ends_nothing_and_head_and_guide_say_what_is_left_out(
+    cycle_s: float, settle_s: float
+) -> None:
+    compensation = random_settings(8, cycle_s=cycle_s, quick=False).compensation
+    rules = replace(SupervisorRules(), settle_s=settle_s)
+    settings = export_settings(
+        replace(compensation, supervisor=rules), cycle_s=cycle_s, name="slow"
+    )
+    block = Block(settings=settings)
+    test = self_test_of(block)
+    states = {int(row.outputs.get("state", 0)) for row in test.values["rows"]}
+    assert states == set(range(len(SupervisorState)))
+    assert test.calls <= 5500 + settle_s / cycle_s
+    assert "the hold of an operator for longer than 3600 s" in test.missing
+    assert not any(one.startswith("state") for one in test.missing)
+    facts = GuideFacts(Target("c"), tuple(test.c()), "v", self_test=test)
+    guide = guide_text(settings, block, facts)
+    assert f"does {test.rows} rows" in guide
+    for one in test.missing:
+        assert f"(* not in the rows: {one} *)" in test.st()[f"{test.name}.st"]
+        assert f"/* not in the rows: {one} */" in test.c()[f"{test.name}.h"]
+        assert one in guide
+
+
+def test_a_state_for_which_there_are_not_calls_enough_is_named() -> None:
+    said = self_test_of(BLOCKS[0], most_calls=10).missing
+    assert "state 5 Fault" in said
+    assert "state 1 Warming" not in said
 
 
 @pytest.mark.parametrize("k", range(len(BLOCKS)))

@@ -76,10 +76,13 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     block = replace(block, remarks=tuple(told))
     # A unit has no self-test: no scan of a PLC calls it.
     tests = tested is not None and target.dialect != "fmu"
-    files = program_files(block, target, plc.self_test_of(block) if tests else None)
+    self_test = plc.self_test_of(block) if tests else None
+    files = program_files(block, target, self_test)
     vectors, interlocks = f"{stem}.vectors.csv", exported.compensation.interlocks
     away = () if line is not None else exported.away
-    facts = plc.GuideFacts(target, tuple(files), vectors, interlocks, line, away, exported.warnings)
+    facts = plc.GuideFacts(
+        target, tuple(files), vectors, interlocks, line, away, exported.warnings, self_test
+    )
     if tested is not None:
         files[vectors] = tested.text.encode("ascii")
     files[f"{stem}.guide.md"] = plc.guide_text(settings, block, facts).encode("utf-8")

@@ -16,6 +16,7 @@ from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._template import rendered
 from thermaxis.plc._warnings import setting_warnings
 from thermaxis.plc.guide._report import NOT_CHECKED_BY_SIEMENS, TEMPCOMP, Target
+from thermaxis.plc.vectors import MOST_CALLS, SelfTest
 
 MOST_FIGURES = 40
 """Figures of the identification that are listed. [1]"""
@@ -40,6 +41,8 @@ class GuideFacts(NamedTuple):
     workpiece, where every output is an offset of a SINUMERIK; else empty."""
     warnings: tuple[Message, ...] = ()
     """What else is to be warned of."""
+    self_test: SelfTest | None = None
+    """The self-test among the files; None where there is none."""
 
 
 def guide_text(settings: PlcSettings, block: Block, facts: GuideFacts) -> str:
@@ -102,6 +105,7 @@ def guide_text(settings: PlcSettings, block: Block, facts: GuideFacts) -> str:
         "literal": partial(number_text, double=settings.double),
         "fb_of_instance": '"tx_nc_offset".' if facts.target.variant == "s7-300" else "",
         "longest_rest": LONGEST_REST,
+        "most_calls": MOST_CALLS,
     }
     if line is not None:
         values["k0_step"], values["slope_step"] = map(outward_text, line.reach(settings.steps_um))

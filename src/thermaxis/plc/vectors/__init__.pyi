@@ -1,4 +1,5 @@
 from ._call_sequence import (
+    MOST_CALLS as MOST_CALLS,
     CallSequence as CallSequence,
 )
 from ._phases import (
