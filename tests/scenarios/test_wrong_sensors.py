@@ -42,7 +42,7 @@ def test_readings_of_a_lost_sensor_count_as_missing(tmp_path, sentinel):
     assert chosen["outputs"]["Z_um"]["fit_percent"] > 90.0
 
 
-def test_a_stuck_sensor_is_named_when_a_model_is_verified(tmp_path, capsys):
+def test_a_stuck_sensor_is_named_when_a_model_is_identified_and_verified(tmp_path, capsys):
     good = written(tmp_path / "good.csv")
     model = tmp_path / "model.json"
     identified(good, tmp_path, *INPUT, "--model", str(model))
@@ -53,6 +53,8 @@ def test_a_stuck_sensor_is_named_when_a_model_is_verified(tmp_path, capsys):
     capsys.readouterr()
     assert main(["verify", str(model), str(stuck)]) == 0
     assert "T_spindle_C: stays at" in capsys.readouterr().out
+    told = identified(stuck, tmp_path, *INPUT)["warnings"]
+    assert any("T_spindle_C: stays at" in one for one in told)
 
 
 def test_a_model_of_noise_says_that_it_is_not_to_be_used(tmp_path, capsys):

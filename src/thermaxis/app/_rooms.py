@@ -389,7 +389,11 @@ def spoken_as(told: object, language: str) -> Any:
         said = {
             f"{one['log']}: {one['text']}": f"{one['log']}: {own['text']}" for one, own in pairs
         }
-        table["warnings"] = [said.get(one, one) for one in table["warnings"]]
+        if "findings" in table:  # those of sensors: no other bare texts stand among the warnings
+            coded = [_text_of(one, language) for one in found["warning_codes"]]
+            table["warnings"] = [*said.values(), *coded]
+        else:
+            table["warnings"] = [said.get(one, one) for one in table["warnings"]]
     return table
 
 

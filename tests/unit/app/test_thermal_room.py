@@ -18,8 +18,8 @@ from thermaxis.app._rooms import spoken_as, words_of
 from thermaxis.app._server import AppHost
 from thermaxis.app._shelf import Entry, Shelf
 from thermaxis.app.thermal._room import identify_words
-from thermaxis.codes import Message, value_as_json
-from thermaxis.messages import LANGUAGES, sentence, text_of
+from thermaxis.codes import Message, message_as_json, value_as_json
+from thermaxis.messages import LANGUAGES, sentence, sentence_of, text_of
 from thermaxis.web.work import WorkFolder
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
@@ -227,6 +227,20 @@ def test_a_text_without_a_code_stays_before_those_that_have_one() -> None:
     said = Message("outcome-diameter_held")
     told = {"warnings": ["the clocks", "old"], "warning_codes": [value_as_json(said)]}
     assert spoken_as(told, "cs")["warnings"] == ["the clocks", text_of(said, language="cs")]
+
+
+def test_what_is_doubtful_of_sensors_stands_among_the_findings_and_not_in_the_warnings_too() -> (
+    None
+):
+    said, verdict = Message("outcome-diameter_held"), Message("outcome-gap")
+    told: dict[str, Any] = {
+        "warnings": ["a: noticed", "a: T_x_C stays", "old"],
+        "warning_codes": [value_as_json(verdict)],
+        "reading_codes": [{"log": "a", "text": "noticed", **message_as_json(said)}],
+    }
+    own = [f"a: {sentence_of(said, language='de')}", text_of(verdict, language="de")]
+    assert spoken_as({**told, "findings": []}, "de")["warnings"] == own
+    assert spoken_as(told, "de")["warnings"] == [own[0], "a: T_x_C stays", own[1]]
 
 
 def test_the_program_chooses_among_both_sides_of_a_difference() -> None:

@@ -95,7 +95,7 @@ def described(
             names=[output.name for output in result.outputs],
         ),
         Value("findings", list(findings_as_json(findings))),
-        *messages_of("warnings", result.warnings, before=remarks),
+        *messages_of("warnings", result.warnings, before=[*remarks, *sensors]),
     ]
 
 
