@@ -197,6 +197,32 @@ def test_logs_whose_columns_were_told_differently_are_not_read_as_if_they_were_a
     assert bench.post("remove").status_code == 404  # nothing is named
 
 
+def test_what_the_page_states_of_a_log_goes_into_the_mapping_that_came_with_it(
+    bench: Bench,
+) -> None:
+    rows = "".join(f"03/04/2026 08:{k},{20 + k},{k},{k}\n" for k in range(10, 40)).encode()
+    mapping = b"[columns]\nT = 'T_a_C'\nprobe = {name = 'Z', unit = 'mm', factor = -1}\n"
+    mapping += b"\"x.\xc3\xa4\" = {name = 'spare', leave_out = false}\n"
+
+    def drop(stated: bytes) -> Any:
+        sizes = {"map_bytes": len(mapping), "stated_bytes": len(stated)}
+        path = f"/thermal/log?{urlencode({'name': 'a.csv', **sizes})}"
+        head = "time,T,probe,x.ä\n".encode()
+        return bench.ask("POST", path, GOOD, head + rows + mapping + stated)
+
+    unclear = drop(b"")
+    assert (unclear.status_code, unclear.json()["error"]) == (REFUSED, "room-refused")
+    day = b"[time]\ndate_order = 'day'\n"
+    for stated in (day, day + b"[columns.spare]\nunit = 'degC'\n"):
+        answer = drop(stated)
+        assert answer.status_code == OK, answer.text
+        t, z, spare = bench.entries()[-1]["told"]["logs"][0]["channels"]
+        assert (t["name"], t["unit"]) == ("T_a_C", "degC")
+        assert (z["name"], z["quantity"], z["highest"]) == ("Z", "displacement", -10.0)
+        assert (spare["name"], spare["unit"]) == ("spare", "degC" if b"degC" in stated else "")
+    assert drop(b"[time]\nunit = 7\n").status_code == REFUSED
+
+
 def test_what_is_full_refuses_more_and_keeps_what_other_things_are_made_of(tmp_path: Path) -> None:
     shelf = Shelf(AppHost(), longest_s=math.inf, most=3, most_bytes=10, sheds=False)
     owner = AppHost().owner_of(cast("Any", None))

@@ -1,9 +1,12 @@
 """Thermal: logs are dropped, a model is identified and verified, and taken along."""
 
 import asyncio
+import json
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, cast
 
@@ -29,7 +32,7 @@ from thermaxis.app._rooms import (
 )
 from thermaxis.app._shelf import Entry, Shelf
 from thermaxis.compensation import CompensationModel, Part
-from thermaxis.files import read_model
+from thermaxis.files import read_model, read_thermal_mapping
 from thermaxis.web import RefusedError, answer_json, object_of, spoken
 from thermaxis.web.work import WorkFolder
 
@@ -44,8 +47,12 @@ MOST_NAMES: Final = 40
 _BAD_REQUEST, _NO_ROOM = 400, 507
 _EXTENSIONS = (".csv", ".txt", ".parquet", ".xlsx", ".mat", ".tdms")
 _NAME = r"[^\x00-\x1f\x7f]{1,200}"
-_MODEL, _SERIES, _MAP, _SAVED = "model.json", "series.json", "map.toml", ".json"
-_FILES: Final[Along] = {"map": ("--mapping", _MAP, 64_000)}
+_MODEL, _SERIES, _SAVED = "model.json", "series.json", ".json"
+_MAP, _STATED = "map.toml", "stated.toml"
+_FILES: Final[Along] = {
+    "map": ("--mapping", _MAP, 64_000),
+    "stated": ("--mapping", _STATED, 64_000),
+}
 _IDENTIFY = ("method", "sample_time")
 _EXPORT = ("dialect", "cycle_s", "limit", "rate", "plausible", "reference")
 _KINDS: Final[Mapping[str, Kind]] = {
@@ -124,7 +131,10 @@ class ThermalRoom(Room):
             file = folder.path / stored
             await receive_files(request, folder.path, stored, others, LARGEST_BYTES)
             if file.suffix != _SAVED:
-                return await self._taken(request, folder, file, shown, *others)
+                if _STATED in others:
+                    await asyncio.to_thread(_state, folder.path, spoken(request))
+                maps = [_MAP] if others else []
+                return await self._taken(request, folder, file, shown, *maps)
             self._refuse_full(request)
             model = await asyncio.to_thread(read_small, read_model, file, shown, spoken(request))
             known = {one.name for one in self.shelf.all_of(self.owner(request))}
@@ -269,6 +279,36 @@ def _told_of(model: CompensationModel) -> Json:
         outputs[one.name] = {"fit_percent": fit, "parts": parts, "warnings": []}
     seen = [log.sha256 for log in model.provenance.logs]
     return {"outputs": outputs, "warnings": list(model.warnings), "trained_on": seen}
+
+
+def _state(folder: Path, language: str) -> None:
+    """Write into the mapping of a log what the page states of it, which goes before."""
+    if not (folder / _MAP).exists():
+        (folder / _STATED).rename(folder / _MAP)
+        return
+    mapping, stated = (
+        read_small(read_thermal_mapping, folder / one, one, language) for one in (_MAP, _STATED)
+    )
+    headings = {one.name: heading for heading, one in mapping.columns.items() if one.name}
+    columns = dict(mapping.columns)
+    for name, one in stated.columns.items():  # the page knows a column by its name in the log
+        heading = headings.get(name, name)
+        columns[heading] = replace(columns.get(heading, one), unit=one.unit)
+    time = {
+        "column": mapping.time_column,
+        "unit": stated.time_unit or mapping.time_unit,
+        "date_order": stated.date_order or mapping.date_order,
+        "format": stated.time_format or mapping.time_format,
+        "sample_time_s": mapping.sample_time_s,
+    }
+    toml = partial(json.dumps, ensure_ascii=False)
+    tables = {"time": time, **{f"columns.{toml(one)}": asdict(columns[one]) for one in columns}}
+    text = "".join(
+        f"[{name}]\n"
+        + "".join(f"{key} = {toml(one)}\n" for key, one in table.items() if one is not None)
+        for name, table in tables.items()
+    )
+    (folder / _MAP).write_text(text, "utf-8")
 
 
 def _inputs_of(entries: Sequence[Entry]) -> dict[str, Path]:

@@ -180,9 +180,9 @@ async function judge(path, body) {
 
 // ---- files --------------------------------------------------------------------------------------
 
-/** What is said of how logs are read: the file that the commands take.
+/** What is stated here of how logs are read, as a mapping states it.
  * @param {boolean} again whether of the log that the form is about, with its channels */
-function mappingOf(again) {
+function statedOf(again) {
   const said = (/** @type {string} */ name, /** @type {unknown} */ value) =>
     value ? `${name} = ${JSON.stringify(value)}\n` : "";
   const data = new FormData(form.reading);
@@ -192,7 +192,7 @@ function mappingOf(again) {
     units.set(name.slice(1), String(unit));
     return `[columns.${JSON.stringify(name.slice(1))}]\n${said("unit", unit)}`;
   }).join("");
-  return time || columns ? new Blob([`[time]\n${time}${columns}`]) : mapping;
+  return new Blob(time || columns ? [`[time]\n${time}${columns}`] : []);
 }
 
 /** Take logs, saved models, and a mapping; return the last one's name. @param {File[]} files */
@@ -201,12 +201,12 @@ async function add(files, again = false) {
   const wanted = files.filter((one) => one !== mapping);
   unread = [];
   for (const [k, file] of wanted.entries()) {
-    const map = mappingOf(again);
-    const query = new URLSearchParams(
-      { name: file.name.slice(-200), map_bytes: String(map.size) });
+    const stated = statedOf(again);
+    const query = new URLSearchParams({ name: file.name.slice(-200),
+      map_bytes: String(mapping.size), stated_bytes: String(stated.size) });
     const found = file.size > largest
       ? refuse(word("room-too_large", { megabytes: largest / 1e6 }))
-      : await work(`/thermal/log?${query}`, new Blob([file, map]));
+      : await work(`/thermal/log?${query}`, new Blob([file, mapping, stated]));
     if (!found) {
       unread = wanted.slice(k);
       byId("reading").setAttribute("open", "");
