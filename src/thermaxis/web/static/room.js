@@ -49,15 +49,17 @@ export function refuse(text) {
  * @param {unknown} [body] none: what is there
  * @param {(answer: Response) => Promise<any>} [read]
  * @param {AbortSignal} [signal]
+ * @param {(text: string) => void} [onRefused]
  * @returns {Promise<any>} null where it was refused in words
  */
-export async function told(path, body, read = (answer) => answer.json(), signal = undefined) {
+export async function told(path, body, read = (answer) => answer.json(), signal = undefined,
+  onRefused = refuse) {
   try {
     const answer = await (body === undefined ? fetch(path, { signal }) : post(path, body, signal));
     if (answer.ok) return await read(answer);
-    refuse(String((await answer.json()).text ?? word("room-no_answer")));
+    onRefused(String((await answer.json()).text ?? word("room-no_answer")));
   } catch {
-    refuse(word(signal?.aborted ? "room-cancelled" : "room-no_answer"));
+    onRefused(word(signal?.aborted ? "room-cancelled" : "room-no_answer"));
   }
   return null;
 }

@@ -216,7 +216,8 @@ async function open(id) {
   chosen += 1;
   const mine = chosen;
   refuse("");
-  const found = await told(`/positioning/result/${encodeURIComponent(id)}`);
+  const found = await told(`/positioning/result/${encodeURIComponent(id)}`, undefined, undefined,
+    undefined, (text) => { if (mine === chosen) refuse(text); });
   if (mine !== chosen) return;
   if (found) return show(found);
   byId("run-result").hidden = true;
@@ -225,7 +226,10 @@ async function open(id) {
 
 /** @param {boolean} first */
 async function list(first) {
-  const found = /** @type {Result[]} */ ((await told("/positioning/results"))?.results ?? []);
+  const answer = await told("/positioning/results", undefined, undefined, undefined,
+    first ? refuse : () => {}); // later what was just said stays, and so does the list
+  if (!answer) return;
+  const found = /** @type {Result[]} */ (answer.results);
   byId("run-kept").replaceChildren(...found.map((one) => made("li", "", "",
     button(`${one.name} · ${moment(one.at)}`, () => {
       clear(fieldOf("run-form", "file"));
