@@ -9,6 +9,7 @@ from importlib.resources import files
 from thermaxis.codes import Place
 from thermaxis.controls._control import (
     LARGEST_TABLE_BYTES,
+    TRAVEL_UNSTATED,
     Control,
     ControlOption,
     GridRule,
@@ -28,6 +29,7 @@ from thermaxis.errors import ConfigurationError
 
 __all__ = [
     "LARGEST_TABLE_BYTES",
+    "TRAVEL_UNSTATED",
     "Control",
     "ControlOption",
     "GridRule",

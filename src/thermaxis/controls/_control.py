@@ -27,6 +27,9 @@ LONGEST_COMMENT = 60
 LARGEST_TABLE_BYTES = 5_000_000
 """Largest table that is read. [byte]"""
 
+TRAVEL_UNSTATED = "travel of the axis was not stated and not checked"
+"""What is warned of where no travel is stated."""
+
 BYTE_ORDER_MARKS = ("\ufeff", "\xef\xbb\xbf")
 """Byte order mark at the start of a text: as one letter, or as its bytes one by one."""
 

@@ -9,7 +9,12 @@ from dataclasses import dataclass
 from typing import final
 
 from thermaxis.codes import Place
-from thermaxis.controls._control import ProgramRequest, comment_text, plain_number
+from thermaxis.controls._control import (
+    TRAVEL_UNSTATED,
+    ProgramRequest,
+    comment_text,
+    plain_number,
+)
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import APPROACHES, Move, MoveBlock, TestPlan, motion_duration_s
 
@@ -227,6 +232,6 @@ def _coordinate_lines(request: ProgramRequest, unit: str) -> list[str]:
 def travel_line(travel: tuple[float, float] | None, unit: str) -> str:
     """Return what the head says of the check of the travel."""
     if travel is None:
-        return "WARNING travel of the axis was not stated and not checked"
+        return f"WARNING {TRAVEL_UNSTATED}"
     low, high = (plain_number(end, 3) for end in travel)
     return f"travel {low} to {high} {unit} was checked by the author of the program"

@@ -135,8 +135,7 @@ def export_settings(
     """Return what a PLC gets of a compensation.
 
     The redundant sensors are left out, in REAL no sensor moves with another one, the interlocks are
-    one,
-    and every delay is the nearest whole number of cycles; `notes` says which were changed.
+    one, and every delay is the nearest whole number of cycles; `notes` says which were changed.
 
     Parameters
     ----------

@@ -163,7 +163,7 @@ def test_a_touch_needs_no_plan_and_may_be_made_every_n_minutes(name, tmp_path, c
     assert "1800" in text
     assert "9.500" in text
     assert main(asked) == 0
-    assert "warning: the travel was not stated" in capsys.readouterr().out
+    assert "checked: compare 7 to 15 mm with" in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
@@ -109,6 +109,20 @@ def test_a_step_of_some_cycles_is_so_many_calls_and_another_one_is_refused(
         with pytest.raises(FMICallException):
             unit.step(step_s)
     assert unit.outputs() == said
+
+
+def test_a_step_that_is_refused_is_logged_by_the_name_of_the_instance_or_by_nobody(
+    tmp_path: Path,
+) -> None:
+    unit = Unit(Block(settings=one_section(double=True, cycle_s=0.125)), 2, tmp_path)
+    said: list[bytes] = []
+    asked = fmi2CallbackFunctions()
+    asked.logger = fmi2CallbackLoggerTYPE(lambda *told: said.append(told[1]))
+    for callbacks in (asked, fmi2CallbackFunctions()):
+        unit.slave.instantiate(callbacks=callbacks)
+        with pytest.raises(FMICallException):
+            unit.step(0.1)
+    assert said == [b"axis"]
 
 
 @pytest.mark.parametrize("block", [*EVERY, LINE])

@@ -26,6 +26,7 @@ from thermaxis.cli._outputs import check_outputs, check_table_name, write_ascii
 from thermaxis.cli.axis.tables.control import add_control, axis_name
 from thermaxis.codes import Place
 from thermaxis.controls import (
+    TRAVEL_UNSTATED,
     Control,
     ProgramRequest,
     TouchRequest,
@@ -135,7 +136,8 @@ def _touch(arguments: argparse.Namespace, control: Control) -> int:
     write_ascii(arguments.output, control.format_touch(request))
     way = f"axis {request.axis} from {request.start_mm:g} to {request.end_mm:g} mm at most"
     said = [f"{arguments.output}: touch program for {control.title}, {way}", _BEFORE_A_TOUCH]
-    warnings = [] if arguments.travel else ["the travel was not stated, and nothing was checked"]
+    low_mm, high_mm = sorted((request.start_mm, request.end_mm))
+    warnings = [] if arguments.travel else [_unchecked(low_mm, high_mm, "mm")]
     show([Section("", said), Value("", warnings, "warning")], None)
     return 0
 
@@ -206,9 +208,12 @@ def _warnings(request: ProgramRequest) -> list[str]:
             f" with '{kept[-20:].lstrip()}'"
         )
     if request.travel is None:
-        said.append(
-            "the travel of the axis was not stated and nothing was checked: compare"
-            f" {plan.lowest:.9g} to {plan.highest:.9g} {plan.kind.units.position} with the limits"
-            " of the machine, or give --travel LOW:HIGH"
-        )
+        said.append(_unchecked(plan.lowest, plan.highest, plan.kind.units.position))
     return said
+
+
+def _unchecked(lowest: float, highest: float, unit: str) -> str:
+    return (
+        f"the {TRAVEL_UNSTATED}: compare {lowest:.9g} to {highest:.9g} {unit} with the limits of"
+        " the machine, or give --travel LOW:HIGH"
+    )
