@@ -415,6 +415,7 @@ NOT_NOTICED = {
     "unseen_k := 1.0E+06; |": "every temperature is allowed long before",
     "elapsed_s := 1.0E+09; |": "every time counts as over long before",
     "elapsed_s > 1.0E+09 THEN | > -> >=": "the same",
+    "late := (cycle_time_s > longest_s) AND right; | > -> >=": "a call that is just in time passes",
     "share := elapsed_s / (3600.0 + elapsed_s); | + -> -": "by name in test_a_column_that_stands",
     "heartbeat := 0; | 0 -> 1": "by name in test_the_heartbeat_counts_to_32767",
     "heartbeat := 0; | heartbeat": "the same",
