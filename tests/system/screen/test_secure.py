@@ -45,6 +45,7 @@ def test_the_pages_work_through_tls(look: Look, secure: Rig) -> None:
     page.fill("input[name=name]", "viewer")
     page.fill("input[name=password]", secure.passwords["viewer"])
     page.click("button.main")
+    page.wait_for_selector("body[data-role=viewer]")  # the page of the log-in is live, too
     seen.wait_live()
     assert page.evaluate("isSecureContext")
     assert seen.unexpected() == []

@@ -14,7 +14,15 @@ from thermaxis.cli.axis.tables import make as _make_table
 from thermaxis.cli.axis.tables.plausible import doubts_about_size
 from thermaxis.cli.axis.tables.reference import reference_point
 from thermaxis.codes import Message
-from thermaxis.controls import Control, GridRule, ProgramRequest, ReadTable, TableRequest, TableText
+from thermaxis.controls import (
+    Control,
+    GridRule,
+    ProgramRequest,
+    ReadTable,
+    TableRequest,
+    TableText,
+    TouchRequest,
+)
 from thermaxis.errors import DataError
 from thermaxis.files import read_positioning
 from thermaxis.messages import text_of
@@ -724,6 +732,9 @@ class Forgetful(Control):
         self.last: CompensationTable | None = None
 
     def format_program(self, request: ProgramRequest) -> str:
+        raise NotImplementedError
+
+    def format_touch(self, request: TouchRequest) -> str:
         raise NotImplementedError
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
