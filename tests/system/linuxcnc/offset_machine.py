@@ -167,10 +167,9 @@ def running(thermal_hal: str, *, machine_hal: str | None = None) -> Iterator[Off
     kept, logs = own_objects(), own_logs()
     folder = Path(tempfile.mkdtemp(prefix="thermaxis-"))
     try:
-        prepare(folder, "", {}, ())
+        prepare(folder, "", {}, (), machine_hal or main_hal())
         shutil.copy(FOLDER / "offset_display.py", folder / "display.py")
         shutil.copy(FOLDER / "offset_recorder.py", folder)
-        (folder / "machine.hal").write_text(machine_hal or main_hal(), encoding="ascii")
         (folder / "thermal.hal").write_text(thermal_hal, encoding="ascii")
         uid, gid = user()
         for path in folder.iterdir():
