@@ -19,7 +19,7 @@ from tests.unit.screen.stand import Feed, client, copied_lathe, lathe, parts
 from thermaxis.compensation import GainPoint
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import read_model, write_model
-from thermaxis.messages import sentence_of
+from thermaxis.messages import END_OF_ISOLATE, ISOLATE, sentence_of
 from thermaxis.runtime import MachineConfiguration, Role, VirtualClock
 from thermaxis.screen.pages.model import page as _model_page
 from thermaxis.screen.pages.model._choices import (
@@ -252,10 +252,13 @@ def test_a_file_that_is_no_model_or_does_not_fit_is_listed_with_why_before_it_is
         why = dict(rows)
         assert not_read in why["large.json"]
         for name in ("foreign.json", "notes.json"):
-            assert ('<span lang="en">' in why[name]) is (language != "en")
             with pytest.raises(ThermaxisError) as refused:  # the loop would say the same
                 machine.other_model(name)
-            assert escape(sentence_of(refused.value.message)) in why[name]
+            message = refused.value.message
+            said = sentence_of(message, language=language)
+            assert escape(said.strip(ISOLATE + END_OF_ISOLATE)) in why[name]
+            assert ('<span lang="en">' in why[name]) is (ISOLATE in said)
+        assert ('<span lang="en">' in why["foreign.json"]) is (language != "en")
         assert "X_um" in why["foreign.json"]
         assert str(folder) not in json.dumps(asked)
 
