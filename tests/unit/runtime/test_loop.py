@@ -115,9 +115,13 @@ async def test_a_loop_that_nobody_enabled_leaves_a_found_offset_alone() -> None:
     bench.assert_law(late_cycles=1.0)
 
 
+@pytest.mark.parametrize("every_s", [1.0, 3600.0])  # somebody's decision waits for neither
 @pytest.mark.parametrize("disabled", [False, True])
-def test_after_a_kill_the_loop_goes_on_from_the_offset_in_the_machine(disabled: bool) -> None:
+def test_after_a_kill_the_loop_goes_on_from_the_offset_in_the_machine(
+    disabled: bool, every_s: float
+) -> None:
     bench = Rig()
+    bench.file.every_s = every_s
 
     async def until_it_is_killed(_: Rig, loop: CompensationLoop) -> None:
         await enabled_for(loop, 80.0)

@@ -271,7 +271,9 @@ class CompensationLoop:
         output = self._compute(now_s, samples, found)
         await self._machine.write(output, wait_s, ready=self._ready)
         self._record(now_s, lateness_s, samples, output)
-        self._saver.save(self._saved, self.compensation, now_s)
+        memory = self._state.memory
+        decided = (memory.enabled, memory.fault, self._latched)
+        self._saver.save(self._saved, self.compensation, now_s, decided)
 
     @property
     def _latched(self) -> bool:

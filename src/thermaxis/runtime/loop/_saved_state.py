@@ -346,20 +346,30 @@ class Saver:
     def __init__(self, file: StateFile | None, tell: Callable[[Message], None]) -> None:
         self._file, self._tell = file, tell
         self._saved_s = float("-inf")
+        self._decided: tuple[object, ...] = ()
         self._saving: asyncio.Future[bool] | None = None
         self._unsaved: Message | None = None
 
     def save(
-        self, state: Callable[[], SavedState], compensation: Compensation, now_s: float
+        self,
+        state: Callable[[], SavedState],
+        compensation: Compensation,
+        now_s: float,
+        decided: tuple[object, ...],
     ) -> None:
-        """Save, unless that was done just now, or still is."""
-        if self._file is None or now_s - self._saved_s < self._file.every_s:
+        """Save what was not saved just now, and at once what was decided, unless one still saves.
+
+        A kill costs some temperatures, but never that somebody switched off.
+        """
+        if self._file is None or (
+            decided == self._decided and now_s - self._saved_s < self._file.every_s
+        ):
             return
         if self._saving is not None:
             if not self._saving.done():
                 return
             self._tell_failure(self._file.failure)
-        self._saved_s = now_s
+        self._saved_s, self._decided = now_s, decided
         self._saving = self._begin(self._file, state(), compensation)
 
     async def save_last(self, state: Callable[[], SavedState], compensation: Compensation) -> None:
