@@ -149,6 +149,11 @@ async def offset(url: str) -> None:
             await node("T_spindle_C").write_value(20.0)
         await node("diameter_mm").write_value(1500.0)
         assert await node("diameter_mm").read_value() == 1500.0
+        await node("touch_asked").write_value(True)
+        assert await node("touch_count").read_value() == 1
+        value, count = [await node(n).read_data_value() for n in ("touch_um", "touch_count")]
+        assert value.Value.Value == pytest.approx(await node("Z_true_um").read_value(), abs=5.0)
+        assert value.SourceTimestamp == count.SourceTimestamp
 
 
 def test_signals_have_type_unit_status_and_stamps_and_a_written_offset_moves_the_tool() -> None:

@@ -51,6 +51,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         'what goes wrong, such as "stuck T_spindle_C at 2h for 10min"; may be given more than once',
         many=True,
     )
+    add(
+        "--touch-every TIME",
+        "the machine's own probe touches so often (default: only when it is asked); a log then has"
+        " touches alone",
+        _time,
+    )
     log = adder(parser.add_argument_group("write a log instead of serving"))
     log(
         "--log TIME|all",
@@ -130,7 +136,7 @@ def _settings(arguments: argparse.Namespace) -> virtual.LatheSettings:
         rules = replace(rules, rate_um_per_s=arguments.rate)
     if arguments.watchdog is not None:
         rules = replace(rules, watchdog_s=arguments.watchdog or None)
-    return virtual.LatheSettings(offset=rules)
+    return virtual.LatheSettings(offset=rules, touch_every_s=arguments.touch_every)
 
 
 def _write_log(arguments: argparse.Namespace, lathe: virtual.VirtualLathe) -> int:

@@ -5,6 +5,7 @@ A fault is written as a sentence,
     stuck T_spindle_C at 2h for 10min
     jump T_table_C by 5 at 90min for 1min every 3h
     swap T_spindle_C T_table_C at 1h for 30min
+    drift touch_um by 5 at 1d
     set emergency_stop to 1 at 3h for 1min
     restart at 10min for 3s every 5min
 
@@ -31,6 +32,10 @@ class FaultKind(StrEnum):
     """Value and time stamp stay as they were; status good."""
     JUMP = "jump"
     """The value is off by an amount."""
+    DRIFT = "drift"
+    """The value is off by an amount more in every hour."""
+    SCALE = "scale"
+    """The value is multiplied: -1 is a wrong sign, 1000 a wrong unit."""
     NAN = "nan"
     """The value is no number; status good."""
     BAD = "bad"
@@ -52,7 +57,8 @@ class FaultKind(StrEnum):
 OF_NETWORK: Final = frozenset({FaultKind.RESTART, FaultKind.PAUSE})
 """Faults of the way to the machine, not of a channel."""
 _CHANNELS = {FaultKind.SWAP: 2, FaultKind.RESTART: 0, FaultKind.PAUSE: 0}
-_AMOUNT_WORD = {FaultKind.JUMP: "by", FaultKind.SET: "to"}
+_BY = (FaultKind.JUMP, FaultKind.DRIFT, FaultKind.SCALE)
+_AMOUNT_WORD = {**dict.fromkeys(_BY, "by"), FaultKind.SET: "to"}
 LONGEST_S = 1e9
 """Longest time in a fault. [s]"""
 
@@ -79,7 +85,8 @@ class Fault:
     every_s: float | None = None
     """How often it comes again; None: once. [s]"""
     amount: float | None = None
-    """By how much a value jumps, or what is set. [unit of the channel]"""
+    """By how much a value jumps, drifts in an hour or is multiplied, or what is set. [unit of the
+    channel, per hour; 1]"""
 
     def __post_init__(self) -> None:
         """Check the parts against each other."""

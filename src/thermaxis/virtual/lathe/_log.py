@@ -11,7 +11,14 @@ from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.files import write_thermal_log
 from thermaxis.thermal import ThermalLog
 from thermaxis.virtual.lathe._machine import VirtualLathe
-from thermaxis.virtual.lathe._signals import PROBES, SENSORS, SIGNALS, UNCORRECTED
+from thermaxis.virtual.lathe._signals import (
+    NOT_SEEN,
+    PROBES,
+    SENSORS,
+    SIGNALS,
+    UNCORRECTED,
+    LatheReading,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -57,7 +64,9 @@ def log_lathe(
     Returns
     -------
     ThermalLog
-        Values whose status is not good, and all while the server does not answer, are NaN.
+        Values whose status is not good, and all while the server does not answer, are NaN. Of a
+        machine that touches the only displacement is ``Z_um``: what each touch has shown, in the
+        row that is the first to know it.
 
     Raises
     ------
@@ -66,13 +75,19 @@ def log_lathe(
     """
     rows = int(hours * 3600.0 / every_s + 1e-6) if every_s > 0.0 else 0
     require_range("rows", rows, 1, MOST_ROWS)
-    names = (*LOG_COLUMNS, *(UNCORRECTED if truth else ()))
+    touched = lathe.settings.touch_every_s is not None
+    kept = [n for n in LOG_COLUMNS if n not in PROBES[1:]] if touched else LOG_COLUMNS
+    names = (*kept, *(UNCORRECTED if truth else ()))
     values = np.full((rows, len(names)), np.nan)
-    begin_s = lathe.time_s
+    begin_s, count = lathe.time_s, 0.0
     for row in range(rows):
         lathe.step_to(begin_s + row * every_s)
         if lathe.reachable:
-            readings = lathe.readings()
+            readings = dict(lathe.readings())
+            if touched:
+                before, count = count, readings["touch_count"].value or 0.0
+                nothing = LatheReading(None, NOT_SEEN, lathe.time_s)
+                readings["Z_um"] = nothing if count == before else readings["touch_um"]
             values[row] = [_logged(readings[name].value, readings[name].good) for name in names]
         if progress is not None and row % _PROGRESS_ROWS == 0:
             progress(row, rows)

@@ -5,7 +5,7 @@ what holds on it is proven on it alone.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias, final
@@ -48,6 +48,12 @@ DEFAULT_SCENARIO: Final = "day"
 _MOST_NETWORKS = 256
 _SAME_S = 1e-9
 _OF_CHANNELS = frozenset(FaultKind) - OF_NETWORK - {FaultKind.SET}
+_ARITHMETIC: Final[Mapping[FaultKind, Callable[[float, float, float], float]]] = {
+    FaultKind.JUMP: lambda value, by, _hours: value + by,
+    FaultKind.DRIFT: lambda value, by, hours: value + by * hours,
+    FaultKind.SCALE: lambda value, by, _hours: value * by,
+}
+_TOUCH: Final = "touch_um"
 _BAD_STATUS = {
     FaultKind.BAD: ("BadSensorFailure", 0.0),
     FaultKind.MISSING: ("BadNoCommunication", None),
@@ -73,6 +79,13 @@ class LatheSettings:
     """Noise of the displacement probes, standard deviation. [µm]"""
     displacement_count_um: float = 0.1
     """Step of the displacement probes. [µm]"""
+    touch_every_s: float | None = None
+    """The machine's own probe touches so often, as soon as the table stands and the axis may move;
+    None: only when it is asked. A touch takes no time. [s]"""
+    touch_noise_um: float = 1.0
+    """Noise of a touch, standard deviation. [µm]"""
+    touch_count_um: float = 0.1
+    """Step of what a touch shows. [µm]"""
 
 
 @final
@@ -115,6 +128,11 @@ class VirtualLathe:
         seeds = (seed, crc32(self.scenario.name.encode()))
         self._hall = Hall(self.settings.hall, seeds, self.scenario.start_s)
         self._noise = SensorNoise(seeds, len(SENSORS) + len(PROBES))
+        self._seeds = seeds
+        self._touches = 0
+        self._touched = LatheReading(0.0, GOOD, 0.0)
+        self._touch_asked = False
+        self._touch_due_s = math.inf if self.settings.touch_every_s is None else 0.0
         self._shape = physics.shape()
         self._temperature_c = self._hall.rest(physics)
         self._zero_um = self._shape @ self._temperature_c
@@ -170,7 +188,7 @@ class VirtualLathe:
         self.axis.step(
             seconds,
             moves=self._runs,
-            permitted=self.flag("referenced") and not self.flag("homing"),
+            permitted=self._moves_freely,
             own_goal_um=own,
         )
 
@@ -195,7 +213,24 @@ class VirtualLathe:
         ends = [end_s, grid_s, *(f.next_change_s(now_s + _SAME_S) for f in self.faults)]
         if self._turning:
             ends.append(seen_at(now_s + _SAME_S)[1])
+        due = self._touch_asked or now_s + _SAME_S >= self._touch_due_s
+        if due and self._runs and self._moves_freely and self.table_seen:
+            self._touch()
+        if self._touch_due_s > now_s + _SAME_S:
+            ends.append(self._touch_due_s)
         self._segment_end_s = min(ends)
+
+    def _touch(self) -> None:
+        """Touch, with the faults of now; the next touch of the plan is due after its interval."""
+        settings, every_s = self.settings, self.settings.touch_every_s
+        noise = float(np.random.default_rng([*self._seeds, 3, self._touches]).standard_normal())
+        shown_um = float(self.true_um[0]) + settings.touch_noise_um * noise
+        value = counted(shown_um, settings.touch_count_um)
+        found = {**self.clean_readings(), _TOUCH: LatheReading(value, GOOD, self._time_s)}
+        self._spoil_all(found, touches=True)
+        self._touched, self._touches, self._touch_asked = found[_TOUCH], self._touches + 1, False
+        if every_s is not None:
+            self._touch_due_s = (math.floor((self._time_s + _SAME_S) / every_s) + 1.0) * every_s
 
     def _enter(self, number: int, stage: Stage) -> None:
         if self._stage.homing and not stage.homing:
@@ -227,6 +262,10 @@ class VirtualLathe:
     @property
     def _runs(self) -> bool:
         return self.flag("machine_on") and not self.flag("emergency_stop")
+
+    @property
+    def _moves_freely(self) -> bool:
+        return self.flag("referenced") and not self.flag("homing")
 
     @property
     def _turning(self) -> bool:
@@ -296,6 +335,11 @@ class VirtualLathe:
             return False
         self._diameter_mm = diameter_mm
         return True
+
+    def ask_touch(self) -> None:
+        """Let the machine touch as soon as it can."""
+        self._touch_asked = True
+        self._begin_segment()
 
     def set_flag(self, name: str, *, value: bool | None) -> None:
         """Set one of `FLAGS`, or ``coolant_on``, against the scenario; None gives it back.
@@ -375,6 +419,9 @@ class VirtualLathe:
         values |= zip(UNCORRECTED, uncorrected_um, strict=True)
         axis = self.axis
         values |= {
+            _TOUCH: self._touched.value,
+            "touch_count": float(self._touches),
+            "touch_asked": self._touch_asked,
             "n_spindle_rpm": self.spindle_rpm,
             "n_table_rpm": self.table_rpm,
             "gear": float(self._stage.gear_engaged),
@@ -389,18 +436,28 @@ class VirtualLathe:
             "watchdog_alive": axis.alive,
             "time_s": now_s,
         }
-        return {
+        shown = {
             name: LatheReading(value, NOT_SEEN if value is None else GOOD, now_s)
             for name, value in values.items()
         }
+        stamp_s = self._touched.stamp_s
+        count = shown["touch_count"]._replace(stamp_s=stamp_s)
+        return {**shown, _TOUCH: self._touched, "touch_count": count}
 
     def readings(self) -> Mapping[str, LatheReading]:
-        """Return every value as the machine shows it, with the faults that act on channels."""
+        """Return every value as the machine shows it, with the faults that act on channels.
+
+        What acts on ``touch_um`` acts on a touch when it is taken, which then stays.
+        """
         found = dict(self.clean_readings())
-        for fault in self.faults:
-            if fault.kind in _OF_CHANNELS and self._acts(fault):
-                self._spoil(found, fault)
+        self._spoil_all(found, touches=False)
         return MappingProxyType(found)
+
+    def _spoil_all(self, found: dict[str, LatheReading], *, touches: bool) -> None:
+        for fault in self.faults:
+            of_channel = fault.kind in _OF_CHANNELS and (_TOUCH in fault.channels) is touches
+            if of_channel and self._acts(fault):
+                self._spoil(found, fault)
 
     def _note_faults(self) -> None:
         """Keep what the channels showed when a fault began that holds them."""
@@ -422,8 +479,11 @@ class VirtualLathe:
             found[name] = self._held[fault][name]._replace(stamp_s=self._time_s)
         elif fault.kind is FaultKind.STALE:
             found[name] = self._held[fault][name]
-        elif fault.kind is FaultKind.JUMP and shown.value is not None:
-            found[name] = shown._replace(value=round(shown.value + (fault.amount or 0.0), 9))
+        elif fault.kind in _ARITHMETIC and shown.value is not None:
+            amount, begin_s = fault.amount or 0.0, fault.begin_s(self._time_s + _SAME_S)
+            hours = (self._time_s - (begin_s or 0.0)) / 3600.0
+            value = _ARITHMETIC[fault.kind](shown.value, amount, max(0.0, hours))
+            found[name] = shown._replace(value=round(value, 9))
         elif fault.kind is FaultKind.NAN:
             found[name] = shown._replace(value=math.nan, status=GOOD)
         elif fault.kind is FaultKind.UNCERTAIN:

@@ -268,7 +268,7 @@ class LatheServer:
         kind = self._types[name]
         value: object = reading.value
         if kind is ua.VariantType.UInt32 and value is not None:
-            value = int(value)
+            value = int(value) % 2**32 if math.isfinite(value) else None
         age_s = (self._lathe.time_s - reading.stamp_s) / self._settings.speed
         return ua.DataValue(
             Value=_NULL if value is None else ua.Variant(value, kind),
@@ -295,6 +295,8 @@ class LatheServer:
                 self._lathe.write_heartbeat(int(written))
             elif name == "diameter_mm":
                 self._lathe.write_diameter(float(written))
+            elif name == "touch_asked" and written:
+                self._lathe.ask_touch()
         self._look()
         self._held[name].value = self._value(name)
 

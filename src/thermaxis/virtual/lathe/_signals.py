@@ -96,6 +96,11 @@ def _signals() -> Mapping[str, Signal]:
             found[name] = Signal(
                 "um", f"Tool point relative to workpiece at {place}, positive away, {words}"
             )
+    found["touch_um"] = Signal(
+        "um", "What the machine's own probe showed at the tool centre point when it touched last"
+    )
+    found["touch_count"] = Signal("1", "Counter that moves by 1 behind every touch")
+    found["touch_asked"] = Signal("bool", "Whether a touch is to be taken soon", writable=True)
     found["n_spindle_rpm"] = Signal("rpm", "Speed of the spindle")
     found["n_table_rpm"] = Signal("rpm", "Speed of the table")
     found["gear"] = Signal("1", "Gear of the spindle")
@@ -121,7 +126,7 @@ def _signals() -> Mapping[str, Signal]:
 SIGNALS: Final = _signals()
 """Everything that the machine shows, by name."""
 NUMBERS_WITHOUT_FAULTS: Final = frozenset(
-    {*TRUE, *UNCORRECTED, "time_s", "offset_mm", "heartbeat", "watchdog_alive"}
+    {*TRUE, *UNCORRECTED, "time_s", "offset_mm", "heartbeat", "watchdog_alive", "touch_asked"}
 )
 """What no fault changes: the truth, and what was written."""
 FAULTY: Final = tuple(name for name in SIGNALS if name not in NUMBERS_WITHOUT_FAULTS)
