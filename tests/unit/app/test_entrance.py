@@ -13,6 +13,7 @@ from typing import Any, Self, cast
 import httpx2 as httpx
 import pytest
 
+from tests.commands_here import WorkHere
 from thermaxis.app._server import build_app, serve_app
 from thermaxis.app.axis._forms import judge
 from thermaxis.errors import ConfigurationError
@@ -187,10 +188,10 @@ LOGS = {
 }
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
 def test_hostile_files_end_in_a_sentence_each_and_leave_nothing(door: Door) -> None:
+    """In processes with limits: `tests/unit/screen/test_axis_room.py`, with the worst of them."""
     state = cast("Any", door.app)._app.state
-    state.work = Work(where=door.where)
+    state.work = WorkHere(where=door.where)
     dropped = [(f"/positioning/upload?name={name}", RUNS[name]) for name in RUNS]
     dropped += [(f"/thermal/log?name={name}", LOGS[name]) for name in LOGS]
     assert len(dropped) > 30

@@ -4,25 +4,26 @@ import asyncio
 import io
 import json
 import math
-import sys
 import zipfile
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 from urllib.parse import urlencode
 
 import pytest
 
+from tests.commands_here import WorkHere
 from tests.unit.app.test_entrance import GOOD, HEAD, Door
+from thermaxis import plc
 from thermaxis.app._rooms import spoken_as, words_of
 from thermaxis.app._server import AppHost
 from thermaxis.app._shelf import Entry, Shelf
 from thermaxis.app.thermal._room import identify_words
 from thermaxis.codes import Message, message_as_json, value_as_json
 from thermaxis.messages import LANGUAGES, sentence, sentence_of, text_of
+from thermaxis.report import _style
 from thermaxis.web.work import WorkFolder
-
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SPINDLE = EXAMPLES / "lathe_spindle.csv"
@@ -47,15 +48,22 @@ class Bench(Door):
         head, *rows = SPINDLE.read_bytes().splitlines(keepends=True)
         return self.drop("lathe.csv", head + b"".join(rows[::12])).json()["id"]
 
-    def model(self, log: str, **more: Any) -> Any:
-        return self.post("identify", logs=[log], outputs=["Z_um"], inputs=[INPUT], **more)
+    def model(self, log: str, method: str = "modal") -> Any:
+        asked = {"outputs": ["Z_um"], "inputs": [INPUT], "method": method}
+        return self.post("identify", logs=[log], **asked)
 
 
 @pytest.fixture
-def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+def bench(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, one_clock_and_regime: None
+) -> Iterator[Bench]:
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
+    for name in ("vectors_of", "self_test_of"):  # whole ones: tests/unit/cli/test_export.py
+        monkeypatch.setattr(plc, name, partial(getattr(plc, name), most_calls=50))
+    monkeypatch.setattr(_style, "_settle", lambda figure: figure.set_layout_engine(None))
     with Bench(tmp_path) as made:
+        cast("Any", made.app)._app.state.work = WorkHere()
         yield made
 
 
@@ -166,7 +174,7 @@ def test_a_saved_model_comes_back_and_is_verified_on_another_log(bench: Bench) -
 
 def test_two_models_are_compared_and_two_recorders_joined(bench: Bench) -> None:
     log = bench.log()
-    models = [bench.model(log, method=one).json()["id"] for one in ("modal", "static")]
+    models = [bench.model(log, one).json()["id"] for one in ("modal", "static")]
     compared = bench.post("compare", logs=[log], models=models)
     assert compared.status_code == OK, compared.text
     told = bench.entries()[-1]["told"]

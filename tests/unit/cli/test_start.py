@@ -13,6 +13,8 @@ from thermaxis.codes import Place
 from thermaxis.errors import DataError
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "x_axis_100_cycles.csv"
+LOG = EXAMPLE.with_name("lathe_spindle.csv")
+MODELS = [str(EXAMPLE.parent / "models" / "spindle_table.json")]
 CHARTS = {"matplotlib", "typst"}
 HEAVY = CHARTS | {"asyncua", "cryptography", "numpy", "polars", "pydantic", "scipy", "sqlalchemy"}
 
@@ -22,6 +24,7 @@ HEAVY = CHARTS | {"asyncua", "cryptography", "numpy", "polars", "pydantic", "sci
     [
         (["--help"], HEAVY | {"thermaxis.cli.axis", "thermaxis.report"}),
         (["evaluate", str(EXAMPLE), "--no-drift"], HEAVY - {"numpy", "scipy"}),
+        (["compare", *MODELS, str(LOG)], CHARTS | {"asyncua", "scipy.signal", "scipy.stats"}),
     ],
 )
 def test_nothing_is_imported_that_is_not_needed(words, unwanted):
@@ -29,7 +32,7 @@ def test_nothing_is_imported_that_is_not_needed(words, unwanted):
 import contextlib, io, sys
 from thermaxis.cli import main
 with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()):
-    main({words!r})
+    assert main({words!r}) == 0
 print(sorted({unwanted!r} & set(sys.modules)))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

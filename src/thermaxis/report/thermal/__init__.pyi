@@ -1,4 +1,4 @@
-from ._compared import (
+from ._compared_model import (
     ComparedModel as ComparedModel,
 )
 from ._lines import (

@@ -1,12 +1,10 @@
 """Several models against one log: one chart of all of them, and the table of their fits."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.compensation import CompensationModel
 from thermaxis.files import model_sha256
 from thermaxis.messages import text_of
 from thermaxis.report._document import (
@@ -18,6 +16,7 @@ from thermaxis.report._document import (
     columns_of,
 )
 from thermaxis.report._text import plain_text
+from thermaxis.report.thermal._compared_model import ComparedModel
 from thermaxis.report.thermal._conditions import HOUR_S
 from thermaxis.report.thermal._panels import (
     LOOKS,
@@ -36,18 +35,7 @@ from thermaxis.report.thermal._words import (
     percent,
     warning_blocks,
 )
-from thermaxis.thermal import Verification, VerifiedOutput
-
-
-class ComparedModel(NamedTuple):
-    """A model and its verification on the log that all of them are compared on."""
-
-    name: str
-    """Name by which it is shown."""
-    model: CompensationModel
-    """The model."""
-    result: Verification
-    """Its verification on that log alone."""
+from thermaxis.thermal import VerifiedOutput
 
 
 def _by_output(models: Sequence[ComparedModel]) -> dict[str, list[tuple[str, VerifiedOutput]]]:

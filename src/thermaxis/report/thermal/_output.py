@@ -11,11 +11,8 @@ from thermaxis.report._document import Document
 from thermaxis.report._output import make_folder, write_bytes
 from thermaxis.report._style import write_chart
 from thermaxis.report.certificate import document_pdf, render_html
-from thermaxis.report.thermal._compared import (
-    ComparedModel,
-    comparison_charts,
-    comparison_document,
-)
+from thermaxis.report.thermal._compared import comparison_charts, comparison_document
+from thermaxis.report.thermal._compared_model import ComparedModel
 from thermaxis.report.thermal._comparison import verification_charts
 from thermaxis.report.thermal._identification import identification_document
 from thermaxis.report.thermal._identification_charts import identification_charts

@@ -4,10 +4,9 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType] - no types
 
 from thermaxis.compensation import WITNESS_S
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, recursion
 from thermaxis.thermal.log._quality import TEMPERATURES, out_of_range, resolution_of, runs
 from thermaxis.thermal.log._thermal_log import ThermalLog
 
@@ -92,8 +91,7 @@ def _averaged(values: FloatArray, step_s: float) -> FloatArray:
     rows = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(values.size)))
     held = np.where(np.isnan(values[rows]), values[~np.isnan(values)][0], values[rows])
     share = step_s / (WITNESS_S + step_s)
-    start = (1.0 - share) * held[0]
-    return np.asarray(lfilter([share], [1.0, share - 1.0], held, zi=[start])[0])
+    return recursion(1.0 - share, share * held[1:], held[0])
 
 
 def _goes(values: FloatArray, seen: FloatArray) -> tuple[float, float]:
