@@ -2,22 +2,23 @@
 
 What the model leaves of a displacement is an offset b that no input explains: a random walk, of
 which nothing is known at first but that it is of the size sigma0 (Kalman 1960; this and Page 1954
-from memory)::
+from memory). Beside it is e, what the model leaves for less time than lies between touches, such as
+the first minutes of another speed: new at every touch, so that none tells of the next::
 
     b(t + dt) = b(t) + v          var v = q dt                                                  (1)
 
 A touch shows what is left while the correction c is in force, with the model's y beside it::
 
-    m = y + b + c + n             var n = R                                                     (2)
+    m = y + b + e + c + n         var e = d^2   var n = noise^2   R = d^2 + noise^2             (2)
 
 so that z = m - (c + y) is the offset, touched. Between touches, and by a touch::
 
     P- = min(P + q dt, sigma0^2)  r = z - b   S = P- + R                                        (3)
     K = P- / S                    b += K r    P = (1 - K) P-         where r^2 <= gate^2 S       (4)
 
-A touch beyond the gate changes nothing: a chip, another datum, another workpiece. It waits for a
-second one, and two that agree are believed, the second by (4) with the first as what was known. A
-third one in a row voids what was known.
+The tool point is known by sqrt(P- + d^2). A touch beyond the gate changes nothing: a chip, another
+datum, another workpiece. It waits for a second one, and two that agree are believed, the second by
+(4) with the first as what was known. A third one in a row voids what was known.
 
 Whether touches see the correction at all shows between two of them: what they should show has
 changed by D = (c + y)before - (c + y)now. Where they do, r is N(0, S); where they do not (another
@@ -79,6 +80,9 @@ class TouchRules:
     drift_um_per_root_h: float = 2.0
     """Root of q: standard deviation by which the offset drifts in one hour. Default: what a model
     from touches leaves on FL_THERMAL. [µm/√h]"""
+    discrepancy_um: float = 0.0
+    """d, standard deviation of what the model leaves anew at every touch, which no offset mends.
+    Default: none. [µm]"""
     start_um: float = 5.0
     """sigma0, standard deviation of what the model leaves where nothing was touched for long;
     nothing is ever known worse. Default: with it a single touch that is off by 50 µm lies three
@@ -100,6 +104,7 @@ class TouchRules:
         for name in ("noise_um", "drift_um_per_root_h", "start_um", "gate"):
             require_range(name, getattr(self, name), SMALLEST_NOISE_UM, 1000.0)
         require_range("ramp_um_per_h", self.ramp_um_per_h, 0.0, 1000.0)
+        require_range("discrepancy_um", self.discrepancy_um, 0.0, 1000.0)
         require_range("confirm_s", self.confirm_s, 0.0, 86_400.0)
 
 
@@ -195,7 +200,7 @@ class OffsetState(NamedTuple):
 
 def offset_std_um(rules: TouchRules, state: OffsetState, time_s: float) -> float:
     """Return the standard uncertainty of the tool point, as it grows since the last touch. [µm]"""
-    return math.sqrt(_known(rules, state.belief, time_s).variance_um2)
+    return math.sqrt(_known(rules, state.belief, time_s).variance_um2 + rules.discrepancy_um**2)
 
 
 def touch_step(
@@ -227,7 +232,8 @@ def touch_step(
     if older if touch.number is None else touch.number == state.number:
         return state, TouchOutcome.REPEATED
     noise_um = rules.noise_um if touch.noise_um is None else touch.noise_um
-    touched = Belief(touch.value_um - expected_um, noise_um**2, touch.time_s)  # (2)
+    variance_um2 = noise_um**2 + rules.discrepancy_um**2
+    touched = Belief(touch.value_um - expected_um, variance_um2, touch.time_s)  # (2)
     known = _known(rules, state.belief, touch.time_s)
     evidence = 0.0
     if state.belief is not None:

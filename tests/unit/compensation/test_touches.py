@@ -81,8 +81,10 @@ def test_one_touch_has_the_gain_of_a_kalman_filter() -> None:
     assert state.belief.variance_um2 == pytest.approx(4.0 / 5.0, abs=1e-14)
 
 
-def test_touches_leave_what_a_regression_on_all_of_them_leaves() -> None:
+@pytest.mark.parametrize("discrepancy_um", [0.0, 1.5])
+def test_touches_leave_what_a_regression_on_all_of_them_leaves(discrepancy_um: float) -> None:
     rules = replace(SLOW, start_um=300.0, drift_um_per_root_h=3.0, gate=20.0)
+    rules = replace(rules, discrepancy_um=discrepancy_um)
     rng = random.Random(7)  # noqa: S311 - a test that can be repeated
     times = [0.0, 500.0, 4000.0, 4100.0, 30_000.0, 34_000.0]
     noise = [1.0, 0.5, 2.0, 1.0, 0.3, 1.0]
@@ -94,7 +96,7 @@ def test_touches_leave_what_a_regression_on_all_of_them_leaves() -> None:
     # b(0) ~ N(0, start), b is a random walk: the joint normal distribution, conditioned
     at = np.array(times)
     prior = 300.0**2 + 9.0 * np.minimum(at[:, None], at[None, :]) / 3600.0
-    seen = prior + np.diag(np.square(noise))
+    seen = prior + np.diag(np.square(noise) + discrepancy_um**2)
     weights = np.linalg.solve(seen, prior[:, -1])
     assert state.belief is not None
     assert state.belief.offset_um == pytest.approx(float(weights @ values), rel=1e-3)
@@ -129,6 +131,8 @@ def test_the_uncertainty_grows_with_the_root_of_time_up_to_that_of_the_model_alo
     rig.steps(30, seconds=900.0)
     assert rig.output is not None
     assert rig.output.offset_std_um == (5.0,)
+    rig = Touched(replace(SLOW, discrepancy_um=12.0))  # of which no touch tells
+    assert rig.step().offset_std_um == (13.0,)
 
 
 # ---- the gate ------------------------------------------------------------------------------------
@@ -328,6 +332,8 @@ def test_an_offset_may_go_no_further_than_the_total() -> None:
     for name in ("noise_um", "drift_um_per_root_h", "start_um", "gate"):
         with refused("outside_range"):
             replace(SLOW, **{name: 0.0})
+    with refused("outside_range"):
+        replace(SLOW, discrepancy_um=-1.0)
 
 
 # ---- anew ----------------------------------------------------------------------------------------

@@ -131,17 +131,19 @@ def test_limits_hold_for_model_and_offset_together() -> None:
     assert found.with_offset.mae_um == pytest.approx(total_um - 45.0, rel=0.1)
 
 
-def test_the_likeliest_drift_is_the_true_one_and_innovations_lie_where_they_should() -> None:
+@pytest.mark.parametrize("discrepancy_um", [0.0, 3.0])
+def test_what_is_likeliest_is_true_and_innovations_lie_where_they_should(
+    discrepancy_um: float,
+) -> None:
     rng = np.random.default_rng(3)
     walk = 1.5 * np.sqrt(1.0 / 60.0) * np.cumsum(rng.standard_normal(12_000))
-    time_s = 60.0 * np.arange(walk.size)
+    walk += discrepancy_um * rng.standard_normal(walk.size)
     values = {"T_C": np.full(walk.size, 20.0), "Z_um": walk}
-    log = ThermalLog.from_columns({**values, "time_s": time_s}, sample_time_s=60.0, name="walk")
-    plan = TouchPlan(
-        every_s=3600.0, rules=replace(FINE, noise_um=1.0, drift_um_per_root_h=1.5), seed=2
-    )
-    found = touched(log, plan)
-    assert found.likely_drift_um_per_root_h == pytest.approx(1.5, rel=0.2)
+    log = ThermalLog.from_columns(values, sample_time_s=60.0, name="walk")
+    rules = replace(FINE, noise_um=1.0, drift_um_per_root_h=1.5, discrepancy_um=discrepancy_um)
+    found = touched(log, TouchPlan(every_s=900.0, rules=rules, seed=2))
+    assert found.likely_drift_um_per_root_h == pytest.approx(1.5, rel=0.3)
+    assert found.likely_discrepancy_um == pytest.approx(discrepancy_um, abs=0.4)
     assert found.within_two_sigma is not None
     assert 0.91 < found.within_two_sigma < 0.98
     assert found.with_offset.mae_um < found.probe_and_hold.mae_um < found.free_run.mae_um

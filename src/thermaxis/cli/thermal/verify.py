@@ -107,6 +107,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         number("drift from 0.01 to 1000 um", 0.01, 1000.0),
     )
     add(
+        "--touch-discrepancy-um UM",
+        "standard deviation of what the model leaves anew at every touch (default: 0; the likeliest"
+        " is printed)",
+        number("discrepancy from 0 to 1000 um", 0.0, 1000.0),
+    )
+    add(
         "--tolerance-um UM",
         "errors beyond that are counted (default: 5)",
         number("tolerance in um", 0.0, 1e6),
@@ -126,7 +132,8 @@ def run(arguments: argparse.Namespace) -> int:
         refuse_alone(
             arguments,
             "--touch-every",
-            *("--touch-noise-um", "--touch-drift-um", "--tolerance-um", "--seed"),
+            *("--touch-noise-um", "--touch-drift-um", "--touch-discrepancy-um"),
+            *("--tolerance-um", "--seed"),
         )
     check_outputs(
         [
@@ -188,7 +195,9 @@ def _touches(arguments: argparse.Namespace, outputs: list[str]) -> thermal.Touch
             )
     plan = thermal.TouchPlan(every_s=arguments.touch_every, channels=channels)
     rules = {
-        "noise_um": arguments.touch_noise_um, "drift_um_per_root_h": arguments.touch_drift_um,
+        "noise_um": arguments.touch_noise_um,
+        "drift_um_per_root_h": arguments.touch_drift_um,
+        "discrepancy_um": arguments.touch_discrepancy_um,
     }  # fmt: skip
     others = {"tolerance_um": arguments.tolerance_um, "seed": arguments.seed}
     return replace(
@@ -325,6 +334,7 @@ def _touched(result: thermal.Verification) -> list[Part]:
             Value("", "off" if f.off else "on", "offset"),
             Value("within_two_sigma", f.within_two_sigma, "in 2 sigma", ".2f"),
             Value("likely_drift_um_per_root_h", f.likely_drift_um_per_root_h, "drift um/√h", ".2f"),
+            Value("likely_discrepancy_um", f.likely_discrepancy_um, "discrepancy", ".2f"),
             *(
                 Value(f"{rule}_{field}", getattr(getattr(f, rule), field))
                 for rule in _RULES
@@ -341,7 +351,7 @@ def _touched(result: thermal.Verification) -> list[Part]:
         Table("What touches of a probe are worth, um", errors, words=2),
         *([f"mean MAE: {', '.join(means)} um"] if len(found) > 1 else []),
         Table(
-            "Touches: innovations within two sigma, and the drift that makes them likeliest",
+            "Touches: innovations within two sigma, drift and discrepancy that make them likeliest",
             touches,
             key="touches",
             names=list(found),

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import NamedTuple, final
 
 import numpy as np
@@ -27,8 +28,10 @@ _WIDE = Limits(LARGEST_LIMIT_UM, FASTEST_LIMIT_UM_PER_S)
 _RULES = TouchRules(limits=_WIDE, acts=True)
 _WANT_MORE = {TouchOutcome.EXCLUDED, TouchOutcome.CONFIRMED}
 _EVERYWHERE_K = 1e6
-_DRIFTS_UM = np.geomspace(0.05, 50.0, 61)
-"""Drifts among which the likeliest is looked for. [µm/√h]"""
+_DRIFTS_UM, _DISCREPANCIES_UM = np.meshgrid(
+    np.geomspace(0.05, 50.0, 61), [0.0, *np.geomspace(0.1, 20.0, 31)], indexing="ij"
+)
+"""Drifts and discrepancies among which the likeliest are looked for. [µm/√h, µm]"""
 _ROUNDING = 1e-9
 _FEWEST = 8
 """Fewer touches say nothing of a drift. [1]"""
@@ -97,8 +100,10 @@ class TouchFigures:
     """Share of the innovations in the rows that count within two standard deviations; None where
     there are none. [1]"""
     likely_drift_um_per_root_h: float | None
-    """Drift that makes the touches before the rows that count likeliest, or all where there are
-    few; None where there are few at all. [µm/√h]"""
+    """Drift that, with the discrepancy, makes the touches before the rows that count likeliest, or
+    all where there are few; None where there are few at all. [µm/√h]"""
+    likely_discrepancy_um: float | None
+    """The discrepancy that goes with it. [µm]"""
 
 
 class _Seen(NamedTuple):
@@ -183,6 +188,7 @@ def touched_run(
     judged = [abs(one.ratio) <= 2.0 for one in seen if first <= one.row <= behind]
     before = [one for one in seen if one.row < first]
     errors = [_error(e[counted], plan.tolerance_um) for e in left]
+    drift_um, discrepancy_um = _likeliest(rules, before if len(before) >= _FEWEST else seen)
     return TouchFigures(
         *errors,
         touches=len(outcomes),
@@ -190,7 +196,8 @@ def touched_run(
         untimely=outcomes.count(TouchOutcome.UNTIMELY),
         off=TouchOutcome.NO_EFFECT in outcomes,
         within_two_sigma=float(np.mean(judged)) if judged else None,
-        likely_drift_um_per_root_h=_likely_drift(rules, before if len(before) >= _FEWEST else seen),
+        likely_drift_um_per_root_h=drift_um,
+        likely_discrepancy_um=discrepancy_um,
     )
 
 
@@ -215,20 +222,17 @@ def _error(left_um: FloatArray, tolerance_um: float) -> TouchError:
     )
 
 
-def _likely_drift(rules: TouchRules, seen: Sequence[_Seen]) -> float | None:
-    """Return the drift by which the innovations of touches are likeliest: each is N(0, S)."""
+def _likeliest(rules: TouchRules, seen: Sequence[_Seen]) -> tuple[float | None, float | None]:
+    """Return drift and discrepancy by which the innovations are likeliest: each is N(0, S)."""
     if len(seen) < _FEWEST:
-        return None
-    t_s, z_um = np.array([one.time_s for one in seen]), np.array([one.offset_um for one in seen])
-    noise_um2 = rules.noise_um**2
-    best: tuple[float, float] = (-math.inf, math.nan)
-    for drift_um in _DRIFTS_UM.tolist():
-        grown_um2 = drift_um**2 * np.diff(t_s) / 3600.0
-        b_um, p_um2, likelihood = float(z_um[0]), noise_um2, 0.0
-        for z, q in zip(z_um[1:].tolist(), grown_um2.tolist(), strict=True):
-            s_um2 = p_um2 + q + noise_um2
-            r_um, gain = z - b_um, (p_um2 + q) / s_um2
-            likelihood -= 0.5 * (math.log(s_um2) + r_um**2 / s_um2)
-            b_um, p_um2 = b_um + gain * r_um, (1.0 - gain) * (p_um2 + q)
-        best = max(best, (likelihood, drift_um))
-    return best[1]
+        return None, None
+    noise_um2 = rules.noise_um**2 + _DISCREPANCIES_UM**2
+    b_um, p_um2 = np.full_like(noise_um2, seen[0].offset_um), noise_um2
+    likelihood = np.zeros_like(noise_um2)
+    for before, one in pairwise(seen):
+        p_um2 = p_um2 + _DRIFTS_UM**2 * (one.time_s - before.time_s) / 3600.0
+        s_um2, r_um = p_um2 + noise_um2, one.offset_um - b_um
+        likelihood -= 0.5 * (np.log(s_um2) + r_um**2 / s_um2)
+        b_um, p_um2 = b_um + p_um2 / s_um2 * r_um, p_um2 * noise_um2 / s_um2
+    best = np.unravel_index(np.argmax(likelihood), likelihood.shape)
+    return float(_DRIFTS_UM[best]), float(_DISCREPANCIES_UM[best])
