@@ -163,8 +163,8 @@ def frames() -> None:
             plan = TouchPlan(channels={"Z_um": "probe_um"})
             plan = replace(plan, rules=replace(plan.rules, noise_um=2.0, start_um=20.0))
             known = verify(model, [homed(learn, minutes, "probe_um")], touches=plan)
-            drift = known.logs[0].outputs[0].touched.likely_drift_um_per_root_h or 2.0
-            plan = replace(plan, rules=replace(plan.rules, drift_um_per_root_h=drift))
+            plan = replace(plan, rules=known.logs[0].outputs[0].touched.likely or plan.rules)
+            drift = plan.rules.drift_um_per_root_h
             rows = (half, judge.rows) if half else None
             found = verify(model, [homed(judge, minutes, "probe_um")], rows=rows, touches=plan)
             touched = found.logs[0].outputs[0].touched

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from thermaxis.compensation import CompensationModel, Limits, Output, Part, Section, TouchRules
-from thermaxis.thermal import MeasuredOutput, ThermalLog, TouchFigures, TouchPlan, verify
+from thermaxis.thermal import (
+    MeasuredOutput,
+    ThermalLog,
+    TouchFigures,
+    TouchPlan,
+    touch_interval_s,
+    verify,
+)
 
 MODEL = CompensationModel(
     outputs=(Output("Z_um", (Part("spindle", "T_C", "", 1.0, (Section(4.0, 1800.0),)),)),)
@@ -131,6 +138,34 @@ def test_limits_hold_for_model_and_offset_together() -> None:
     assert found.with_offset.mae_um == pytest.approx(total_um - 45.0, rel=0.1)
 
 
+@pytest.mark.parametrize(("within_um", "discrepancy_um"), [(2.0, 0.0), (1.0, 0.0), (3.0, 2.0)])
+def test_touches_by_need_come_as_often_as_the_law_says_and_keep_the_tool_point_known(
+    within_um: float, discrepancy_um: float
+) -> None:
+    rng = np.random.default_rng(5)
+    walk = 1.5 * np.sqrt(1.0 / 60.0) * np.cumsum(rng.standard_normal(9000))
+    walk += discrepancy_um * rng.standard_normal(walk.size)
+    log = ThermalLog.from_columns(
+        {"T_C": np.full(walk.size, 20.0), "Z_um": walk}, sample_time_s=60.0, name="walk"
+    )
+    rules = replace(FINE, noise_um=1.0, drift_um_per_root_h=1.5, discrepancy_um=discrepancy_um)
+    found = touched(log, TouchPlan(within_um=within_um, rules=replace(rules, gate=5.0)))
+    interval_s = touch_interval_s(rules, within_um)
+    rows = interval_s // 60.0 + 1.0  # the first row beyond
+    assert found.touches == pytest.approx(walk.size / rows, rel=0.1)
+    least_um = math.hypot(0.6 * within_um, discrepancy_um)
+    assert least_um < found.with_offset.rmse_um < 1.1 * within_um
+
+
+def test_no_touches_are_needed_where_the_model_is_good_enough_and_none_help_where_e_is_more() -> (
+    None
+):
+    rules = replace(FINE, noise_um=1.0, start_um=4.0, discrepancy_um=2.0)
+    assert touch_interval_s(rules, 1.9) == 0.0
+    assert touch_interval_s(rules, 4.5) == math.inf
+    assert 0.0 < touch_interval_s(rules, 2.5) < touch_interval_s(rules, 3.0) < math.inf
+
+
 @pytest.mark.parametrize("discrepancy_um", [0.0, 3.0])
 def test_what_is_likeliest_is_true_and_innovations_lie_where_they_should(
     discrepancy_um: float,
@@ -142,8 +177,9 @@ def test_what_is_likeliest_is_true_and_innovations_lie_where_they_should(
     log = ThermalLog.from_columns(values, sample_time_s=60.0, name="walk")
     rules = replace(FINE, noise_um=1.0, drift_um_per_root_h=1.5, discrepancy_um=discrepancy_um)
     found = touched(log, TouchPlan(every_s=900.0, rules=rules, seed=2))
-    assert found.likely_drift_um_per_root_h == pytest.approx(1.5, rel=0.3)
-    assert found.likely_discrepancy_um == pytest.approx(discrepancy_um, abs=0.4)
+    assert found.likely is not None
+    assert found.likely.drift_um_per_root_h == pytest.approx(1.5, rel=0.3)
+    assert found.likely.discrepancy_um == pytest.approx(discrepancy_um, abs=0.4)
     assert found.within_two_sigma is not None
     assert 0.91 < found.within_two_sigma < 0.98
     assert found.with_offset.mae_um < found.probe_and_hold.mae_um < found.free_run.mae_um

@@ -1,8 +1,10 @@
 """Compare a compensation model in free run with measured logs."""
 
 import argparse
+import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 from thermaxis import __version__, report, thermal
@@ -89,6 +91,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         positive_seconds,
     )
     add(
+        "--touch-within-um UM",
+        "the same, touched only when the standard uncertainty of the tool point has grown beyond"
+        " that",
+        number("standard uncertainty from 0.01 to 1000 um", 0.01, 1000.0),
+    )
+    add(
         "--touches CHANNEL[=OUTPUT]",
         "the same with touches that the log holds, a column that is mostly empty; may be given"
         " more than once",
@@ -127,8 +135,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Verify, show and write."""
-    refuse_both(arguments, "--touch-every", "--touches")
-    if arguments.touches is None:
+    for one, other in combinations(("--touch-every", "--touches", "--touch-within-um"), 2):
+        refuse_both(arguments, one, other)
+    if arguments.touches is None and arguments.touch_within_um is None:
         refuse_alone(
             arguments,
             "--touch-every",
@@ -184,7 +193,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _touches(arguments: argparse.Namespace, outputs: list[str]) -> thermal.TouchPlan | None:
     """Return how the log is touched, None where it is not."""
-    if arguments.touch_every is None and arguments.touches is None:
+    if not (arguments.touch_every or arguments.touch_within_um or arguments.touches):
         return None
     channels = {entry.output: entry.channel for entry in arguments.touches or ()}
     for name in channels:
@@ -193,7 +202,9 @@ def _touches(arguments: argparse.Namespace, outputs: list[str]) -> thermal.Touch
             raise ConfigurationError(
                 "unknown_name", place=place, name=name, known=", ".join(outputs)
             )
-    plan = thermal.TouchPlan(every_s=arguments.touch_every, channels=channels)
+    plan = thermal.TouchPlan(
+        every_s=arguments.touch_every, within_um=arguments.touch_within_um, channels=channels
+    )
     rules = {
         "noise_um": arguments.touch_noise_um,
         "drift_um_per_root_h": arguments.touch_drift_um,
@@ -333,8 +344,10 @@ def _touched(result: thermal.Verification) -> list[Part]:
             Value("off", f.off),
             Value("", "off" if f.off else "on", "offset"),
             Value("within_two_sigma", f.within_two_sigma, "in 2 sigma", ".2f"),
-            Value("likely_drift_um_per_root_h", f.likely_drift_um_per_root_h, "drift um/√h", ".2f"),
-            Value("likely_discrepancy_um", f.likely_discrepancy_um, "discrepancy", ".2f"),
+            Value("likely_drift_um_per_root_h", _likely(f)[0], "drift um/√h", ".2f"),
+            Value("likely_discrepancy_um", _likely(f)[1], "discrepancy", ".2f"),
+            Value("wanted_um", f.wanted_um),
+            Value("interval_s", s if 0.0 < (s := _likely(f)[2] or 0.0) < math.inf else None),
             *(
                 Value(f"{rule}_{field}", getattr(getattr(f, rule), field))
                 for rule in _RULES
@@ -357,8 +370,33 @@ def _touched(result: thermal.Verification) -> list[Part]:
             names=list(found),
             words=1,
         ),
+        *(
+            f"{name}: for a standard uncertainty of at most {f.wanted_um:g} um {_interval(s)}"
+            for name, f in found.items()
+            if (s := _likely(f)[2]) is not None
+        ),
         _NOT_YET,
     ]
+
+
+def _likely(
+    figures: thermal.TouchFigures,
+) -> tuple[float, float, float] | tuple[None, None, None]:
+    """Return the likeliest drift and discrepancy, and how often to touch with them."""
+    if (rules := figures.likely) is None:
+        return None, None, None
+    interval_s = thermal.touch_interval_s(rules, figures.wanted_um)
+    return rules.drift_um_per_root_h, rules.discrepancy_um, interval_s
+
+
+def _interval(interval_s: float) -> str:
+    """Return how often to touch, in words."""
+    if interval_s < 60.0:
+        return "no touches are enough: what the model leaves anew at each is more"
+    if interval_s == math.inf:
+        return "no touches are needed"
+    hours = interval_s / 3600.0
+    return f"touch every {hours:.0f} h" if hours >= 10.0 else f"touch every {60.0 * hours:.0f} min"
 
 
 def _etve(log: thermal.VerifiedLog) -> str:

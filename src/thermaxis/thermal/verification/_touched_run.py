@@ -44,7 +44,10 @@ class TouchPlan:
 
     every_s: float | None = None
     """The measured displacement is touched so often, at once again where another touch is wanted;
-    None where columns hold the touches. [s]"""
+    None where it is touched by need, or columns hold the touches. [s]"""
+    within_um: float | None = None
+    """It is touched, likewise, when the standard uncertainty of the tool point has grown beyond
+    that. [µm]"""
     first_s: float = 0.0
     """Time after the first row that counts in the figures from which on the intervals count, before
     and after; the first row of the log is touched, too. [s]"""
@@ -57,6 +60,16 @@ class TouchPlan:
     """Where the noise begins."""
     tolerance_um: float = 5.0
     """An error beyond that is counted. [µm]"""
+
+    @property
+    def by_itself(self) -> bool:
+        """Whether the measured displacement is touched, and no column holds the touches."""
+        return self.every_s is not None or self.within_um is not None
+
+    @property
+    def wanted_um(self) -> float:
+        """Standard uncertainty that is wanted: as stated, or half of the tolerance. [µm]"""
+        return 0.5 * self.tolerance_um if self.within_um is None else self.within_um
 
 
 @final
@@ -99,11 +112,11 @@ class TouchFigures:
     within_two_sigma: float | None
     """Share of the innovations in the rows that count within two standard deviations; None where
     there are none. [1]"""
-    likely_drift_um_per_root_h: float | None
-    """Drift that, with the discrepancy, makes the touches before the rows that count likeliest, or
-    all where there are few; None where there are few at all. [µm/√h]"""
-    likely_discrepancy_um: float | None
-    """The discrepancy that goes with it. [µm]"""
+    likely: TouchRules | None
+    """The rules with the drift and the discrepancy that make the touches before the rows that count
+    likeliest, or all where there are few; None where there are few at all."""
+    wanted_um: float
+    """Standard uncertainty of the tool point that is wanted. [µm]"""
 
 
 class _Seen(NamedTuple):
@@ -125,6 +138,33 @@ class Displaced(NamedTuple):
     level_um: float
     """Where both begin: what the model says there. [µm]"""
     counted: NDArray[np.bool_]
+
+
+def touch_interval_s(rules: TouchRules, within_um: float) -> float:
+    """Return how often to touch for a tool point that is known well enough just before a touch.
+
+    Touch by touch the variance settles at the A^2 = within^2 - d^2 to which it grows again after a
+    touch has taken away its part: A^2 = A^2 R / (A^2 + R) + q T (equations 3 and 4 of touches).
+
+    Parameters
+    ----------
+    rules : TouchRules
+        Noise, drift and discrepancy.
+    within_um : float
+        Largest standard uncertainty. [µm]
+
+    Returns
+    -------
+    float
+        T; 0 where no touches are enough, as the discrepancy alone is more, and infinite where none
+        are needed. [s]
+    """
+    largest_um2 = within_um**2 - rules.discrepancy_um**2
+    if largest_um2 >= rules.start_um**2:
+        return math.inf
+    noise_um2 = rules.noise_um**2 + rules.discrepancy_um**2
+    settled_um2 = max(0.0, largest_um2) ** 2 / (largest_um2 + noise_um2)
+    return 3600.0 * settled_um2 / rules.drift_um_per_root_h**2
 
 
 def touched_run(
@@ -161,12 +201,13 @@ def touched_run(
         outcomes.extend(said.touch_outcomes)
         if row is None:
             return ()
-        again = plan.every_s is not None and not _WANT_MORE.isdisjoint(outcomes[-1:])
-        shown_um = float(touched_um[row])
-        if math.isnan(shown_um) or not (due[row] or again):
+        again = plan.by_itself and not _WANT_MORE.isdisjoint(outcomes[-1:])
+        shown_um, std_um = float(touched_um[row]), said.offset_std_um[0] or 0.0
+        wanted = again or (plan.within_um is not None and std_um > plan.within_um)
+        if math.isnan(shown_um) or not (due[row] or wanted):
             return ()
         held_um[row + 1 :] = shown_um
-        belief, std_um = state.offsets[0].belief, said.offset_std_um[0] or 0.0
+        belief = state.offsets[0].belief
         z_um = shown_um - said.weight[0] * said.model_um[0]
         r_um = z_um - (belief.offset_um if belief else 0.0)
         sigma_um = math.hypot(std_um, rules.noise_um)
@@ -188,7 +229,6 @@ def touched_run(
     judged = [abs(one.ratio) <= 2.0 for one in seen if first <= one.row <= behind]
     before = [one for one in seen if one.row < first]
     errors = [_error(e[counted], plan.tolerance_um) for e in left]
-    drift_um, discrepancy_um = _likeliest(rules, before if len(before) >= _FEWEST else seen)
     return TouchFigures(
         *errors,
         touches=len(outcomes),
@@ -196,15 +236,15 @@ def touched_run(
         untimely=outcomes.count(TouchOutcome.UNTIMELY),
         off=TouchOutcome.NO_EFFECT in outcomes,
         within_two_sigma=float(np.mean(judged)) if judged else None,
-        likely_drift_um_per_root_h=drift_um,
-        likely_discrepancy_um=discrepancy_um,
+        likely=_likeliest(rules, before if len(before) >= _FEWEST else seen),
+        wanted_um=plan.wanted_um,
     )
 
 
 def _due(plan: TouchPlan, time_s: FloatArray, able: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the rows in which a touch is due: the first able one of every interval, or all."""
     if plan.every_s is None:
-        return able
+        return np.zeros_like(able) if plan.by_itself else able
     rows = np.flatnonzero(able)
     interval = np.floor((time_s[rows] - plan.first_s) / plan.every_s + _ROUNDING)
     due = np.zeros_like(able)
@@ -222,10 +262,10 @@ def _error(left_um: FloatArray, tolerance_um: float) -> TouchError:
     )
 
 
-def _likeliest(rules: TouchRules, seen: Sequence[_Seen]) -> tuple[float | None, float | None]:
-    """Return drift and discrepancy by which the innovations are likeliest: each is N(0, S)."""
+def _likeliest(rules: TouchRules, seen: Sequence[_Seen]) -> TouchRules | None:
+    """Return the rules by which the innovations are likeliest: each is N(0, S)."""
     if len(seen) < _FEWEST:
-        return None, None
+        return None
     noise_um2 = rules.noise_um**2 + _DISCREPANCIES_UM**2
     b_um, p_um2 = np.full_like(noise_um2, seen[0].offset_um), noise_um2
     likelihood = np.zeros_like(noise_um2)
@@ -235,4 +275,5 @@ def _likeliest(rules: TouchRules, seen: Sequence[_Seen]) -> tuple[float | None, 
         likelihood -= 0.5 * (np.log(s_um2) + r_um**2 / s_um2)
         b_um, p_um2 = b_um + p_um2 / s_um2 * r_um, p_um2 * noise_um2 / s_um2
     best = np.unravel_index(np.argmax(likelihood), likelihood.shape)
-    return float(_DRIFTS_UM[best]), float(_DISCREPANCIES_UM[best])
+    drift_um, discrepancy_um = float(_DRIFTS_UM[best]), float(_DISCREPANCIES_UM[best])
+    return replace(rules, drift_um_per_root_h=drift_um, discrepancy_um=discrepancy_um)

@@ -516,9 +516,9 @@ def _touched(
     What the model says at the start is `begun_um`; what is measured begins at a zero there.
     """
     plan, level_um = asked.touches, float(np.mean(begun_um))
-    if plan is None or (plan.every_s is None and entry.output not in plan.channels):
+    if plan is None or not (plan.by_itself or entry.output in plan.channels):
         return None
-    if plan.every_s is None:
+    if not plan.by_itself:
         touched = log.column(plan.channels[entry.output], unit="um") - zero_um
     else:
         number = [one.channel for one in asked.measured].index(entry.channel)
