@@ -9,7 +9,8 @@ import sys
 import tempfile
 import textwrap
 import zipfile
-from collections.abc import AsyncIterator, Iterator, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, Self, cast
@@ -18,6 +19,7 @@ from urllib.parse import urlencode
 import httpx2 as httpx
 import pytest
 
+from tests.commands_here import WorkHere
 from tests.unit.screen.people import TOKEN, People
 from tests.unit.screen.stand import application, parts
 from thermaxis.app import _rooms
@@ -28,6 +30,7 @@ from thermaxis.codes import Message, Place
 from thermaxis.files import read_positioning
 from thermaxis.messages import sentence, text_of
 from thermaxis.positioning import FIGURE_KEYS, evaluate_drift, evaluate_iso230_2, figures_by_key
+from thermaxis.report import _style
 from thermaxis.runtime import Role
 from thermaxis.screen.pages import positioning_page as _positioning_page
 from thermaxis.web.work._work import MOST_WAITING, Work
@@ -55,7 +58,12 @@ class Stage:
     """The page without a socket, and somebody in front of it."""
 
     def __init__(
-        self, where: Path, program: tuple[str, ...] | None = None, **settings: Any
+        self,
+        where: Path,
+        program: tuple[str, ...] | None = None,
+        *,
+        kind: type[Work] = Work,
+        **settings: Any,
     ) -> None:
         self.where = where
         self.clock = Clock()
@@ -67,13 +75,13 @@ class Stage:
         )
         self.application = application(given, _positioning_page.routes(given))
         self.runner = asyncio.Runner()
-        self.work = self.runner.run(self._made(program))
+        self.work = self.runner.run(self._made(kind, program))
         self.application.state.work = self.work
         transport = httpx.ASGITransport(self.application)
         self.http = httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8450")
 
-    async def _made(self, program: tuple[str, ...] | None) -> Work:
-        return Work(program, where=self.where)
+    async def _made(self, kind: type[Work], program: tuple[str, ...] | None) -> Work:
+        return kind(program, where=self.where)
 
     def __enter__(self) -> Self:
         return self
@@ -135,7 +143,7 @@ class Real:
         run = (EXAMPLES / "x_axis_100_cycles.csv").read_bytes()
         head = (EXAMPLES / "header.toml").read_bytes()
         limits = (EXAMPLES / "limits.toml").read_bytes()
-        with Stage(where) as stage:
+        with Stage(where, kind=WorkHere) as stage:
             answer = stage.send(
                 run + head + limits,
                 name=r"C:\Läufe\osa X <script>.csv",
@@ -161,8 +169,13 @@ class Real:
 
 
 @pytest.fixture(scope="module")
-def real(tmp_path_factory: pytest.TempPathFactory) -> Real:
-    return Real(tmp_path_factory.mktemp("real"))
+def real(
+    tmp_path_factory: pytest.TempPathFactory,
+    fitted_once: Callable[[], AbstractContextManager[None]],
+) -> Real:
+    with fitted_once(), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(_style, "_settle", lambda figure: figure.set_layout_engine(None))
+        return Real(tmp_path_factory.mktemp("real"))
 
 
 def test_the_figures_are_those_of_the_evaluation_itself(real: Real) -> None:
@@ -281,7 +294,7 @@ def test_what_is_no_run_is_refused_in_the_words_of_the_evaluation(
 def test_a_wrong_file_of_limits_is_named_as_such(tmp_path: Path) -> None:
     run = (EXAMPLES / "x_axis_100_cycles.csv").read_bytes()
     limits = b"[limits]\nQ_um = 1.0\n"
-    with Stage(tmp_path) as stage:
+    with Stage(tmp_path, kind=WorkHere) as stage:
         answer = stage.send(
             run + limits, name="x.csv", limits_bytes=str(len(limits)), no_drift="yes"
         )
