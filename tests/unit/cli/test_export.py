@@ -610,7 +610,7 @@ def test_models_that_refer_to_other_temperatures_make_no_line(tmp_path):
 @pytest.mark.usefixtures("whole_vectors")
 @pytest.mark.parametrize(
     ("dialect", "bits"),
-    [("st", "64"), ("scl", "32"), ("c", "32"), ("sinumerik-tempcomp", "64")],
+    [("st", "64"), ("scl", "32"), ("c", "64"), ("sinumerik-tempcomp", "64")],
 )
 def test_the_exported_text_says_what_the_exported_vectors_say(root, tmp_path, dialect, bits):
     sections = tuple(Section(1.0 + k, 100.0 * 2.5**k) for k in range(8))

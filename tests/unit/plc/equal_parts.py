@@ -215,7 +215,17 @@ def c_library(
 
     By the name of each in its text; the flags are those besides what the exported text must stand.
     """
-    require_gcc()
+    sources = c_written(blocks, folder)
+    path = folder / "blocks.so"
+    # What calls the blocks computes nothing, so it need not be optimised.
+    built(folder, "gcc", *FLAGS, "-O0", "-c", "driver.c")
+    used = FLAGS if compiler != "tcc" else ()
+    built(folder, compiler, *used, *flags, "-shared", "-o", str(path), "driver.o", *sources)
+    return path
+
+
+def c_written(blocks: Mapping[str, CBlock], folder: Path) -> list[str]:
+    """Write the files of blocks and `driver.c`, which runs them; return their sources."""
     folder.mkdir(parents=True, exist_ok=True)
     driver: list[str] = []
     files: dict[str, str] = {}
@@ -225,17 +235,13 @@ def c_library(
     for name, text in files.items():
         (folder / name).write_text(text, encoding="ascii")
     (folder / "driver.c").write_text("\n".join(driver) + "\n", encoding="ascii")
-    path = folder / "blocks.so"
-    # What calls the blocks computes nothing, so it need not be optimised.
-    _built(folder, "gcc", *FLAGS, "-O0", "-c", "driver.c")
-    sources = [name for name in files if name.endswith(".c")]
-    used = FLAGS if compiler != "tcc" else ()
-    _built(folder, compiler, *used, *flags, "-shared", "-o", str(path), "driver.o", *sources)
-    return path
+    return [name for name in files if name.endswith(".c")]
 
 
-def _built(folder: Path, compiler: str, *words: str) -> None:
-    built = subprocess.run(
+def built(folder: Path, compiler: str, *words: str) -> None:
+    """Let a compiler work in a folder without a warning."""
+    require_gcc()
+    done = subprocess.run(
         [compiler, "-fPIC", *words],
         cwd=folder,
         capture_output=True,
@@ -243,7 +249,7 @@ def _built(folder: Path, compiler: str, *words: str) -> None:
         check=False,
         timeout=900,
     )
-    assert (built.returncode, built.stderr) == (0, ""), built.stderr[:4000]
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr[:4000]
 
 
 class CLibrary:

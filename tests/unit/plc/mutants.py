@@ -17,7 +17,8 @@ from tests.unit.plc.equal_parts import (
     CBlock,
     CLibrary,
     Record,
-    c_library,
+    built,
+    c_written,
     columns,
     difference,
     recorded,
@@ -29,7 +30,8 @@ from thermaxis.plc import Block, CycleBlock, PlcSettings, PlcStep, st_library
 
 SEEDS = (*range(10), 21)
 CALLS = 1200
-TOGETHER = 8
+_NAME = "m"
+_QUICK = ("-std=c99", "-O0", "-w", "-Wl,-Bsymbolic")
 _CHANGES = {
     "<=": ">", ">=": "<", "<": ">=", ">": "<=", "=": ">", "AND": "OR", "OR": "AND", "+": "-",
     "-": "+", "TRUE": "FALSE", "FALSE": "TRUE", "NOT ": "", "*": "/", "/": "*",
@@ -119,37 +121,32 @@ def with_all_limits(settings: PlcSettings, seed: int) -> PlcSettings:
 
 
 def unnoticed(mutants: Sequence[Mutant], folder: Path) -> list[str]:
-    """Return the names of mutants that say in every call what they must."""
-    missed: list[str] = []
-    for k in range(0, len(mutants), TOGETHER):
-        some = mutants[k : k + TOGETHER]
-        blocks: dict[str, CBlock] = {}
-        for n, mutant in enumerate(some):
-            blocks |= _all_with(mutant, f"m{n}")
-        library = CLibrary(c_library(blocks, folder / str(k), "-O0", "-w"))
-        missed += [mutant.name for n, mutant in enumerate(some) if not _noticed(library, f"m{n}")]
-    return missed
+    """Return the names of mutants that say in every call what they must.
 
-
-def _all_with(mutant: Mutant, name: str) -> dict[str, CBlock]:
-    """Return every block beside one library with a mistake."""
+    A mistake changes no declaration: the blocks are compiled once, with each library linked anew.
+    """
     every = [block for block, _ in _records()]
-    texts = [mutant.text, *(block.st()[f"{block.name}.st"] for block in every)]
-    c = st_as_c(texts, name, apart=True)
-    made: dict[str, CBlock] = {}
-    for block in every:
-        own = f"{name}_{block.name}"
-        files = (
-            (f"{name}.h", c.header),
-            (f"{name}.c", c.source),
-            (f"{own}.h", f'#include "{name}.h"\n'),
-        )
-        made[own] = CBlock(files, *columns(block))
-    return made
+    right = st_library(double=True)
+    texts = [right, *(block.st()[f"{block.name}.st"] for block in every)]
+    c, begin = st_as_c(texts, _NAME, apart=True), st_as_c([right], _NAME, apart=True).source
+    include = f'#include "{_NAME}.h"\n'
+    shared = ((f"{_NAME}.h", c.header), ("blocks.c", include + c.source.removeprefix(begin)))
+    blocks = {
+        own: CBlock((*shared, (f"{own}.h", include)), *columns(block))
+        for block in every
+        for own in [f"{_NAME}_{block.name}"]
+    }
+    c_written(blocks, folder)
+    built(folder, "gcc", *_QUICK, "-c", "driver.c", "blocks.c")
+    return [mutant.name for k, mutant in enumerate(mutants) if not _noticed(mutant, k, folder)]
 
 
-def _noticed(library: CLibrary, name: str) -> bool:
+def _noticed(mutant: Mutant, number: int, folder: Path) -> bool:
+    source, path = f"{number}.c", folder / f"{number}.so"
+    (folder / source).write_text(st_as_c([mutant.text], _NAME, apart=True).source, "ascii")
+    built(folder, "gcc", *_QUICK, "-shared", "-o", str(path), "driver.o", "blocks.o", source)
+    library = CLibrary(path)
     return any(
-        difference(record, library.run(f"{name}_{block.name}", record))
+        difference(record, library.run(f"{_NAME}_{block.name}", record))
         for block, record in _records()
     )

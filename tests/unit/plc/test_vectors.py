@@ -50,9 +50,8 @@ def test_a_reader_of_the_text_alone_gets_every_output_of_the_block_to_the_last_b
 
 @pytest.mark.parametrize("seed", [1, 3, 6])
 def test_in_real_states_and_words_are_equal_and_numbers_within_the_tolerance(seed: int) -> None:
-    """The first two arrive at zero a call earlier or later by rounding: such rows are marked."""
     settings = random_settings(seed, double=False)
-    block, rows = compiled(settings), rows_of(vectors_of(settings, most_calls=9000).text)
+    block, rows = compiled(settings), rows_of(vectors_of(settings, most_calls=3000).text)
     numbers = {v.name for v in interface_of(settings).outputs if v.kind is Kind.NUMBER}
     compared = 0
     for row in rows:
@@ -94,8 +93,8 @@ def bits_of(rows: list[dict[str, str]], word: str) -> int:
     return found
 
 
-def require_promised(settings: PlcSettings, *, reaches: bool) -> None:
-    """Look for everything that was promised in the rows of the text alone."""
+def require_promised(settings: PlcSettings, *, reaches: bool) -> set[str]:
+    """Look for everything that was promised in the rows of the text alone; return what it lacks."""
     found = vectors_of(settings)
     rows = rows_of(found.text)
     model = settings.compensation.model
@@ -136,6 +135,7 @@ def require_promised(settings: PlcSettings, *, reaches: bool) -> None:
     for part in model.layout.parts:
         if part.gain_by_diameter:
             require_workpieces(rows, part, settings)
+    return named
 
 
 def require_workpieces(rows: list[dict[str, str]], part: Part, settings: PlcSettings) -> None:
@@ -160,8 +160,7 @@ def test_the_vectors_of_an_example_have_everything_that_was_promised(name: str) 
 
 
 def test_the_vectors_of_the_lathe_name_the_limits_that_it_cannot_reach() -> None:
-    require_promised(of_lathe(cycle_s=10.0), reaches=False)
-    assert set(vectors_of(of_lathe(cycle_s=10.0)).missing) == {
+    assert require_promised(of_lathe(cycle_s=10.0), reaches=False) == {
         "upper limit of z_um",
         "lower limit of z_um",
         "fault_word 512",
@@ -170,7 +169,7 @@ def test_the_vectors_of_the_lathe_name_the_limits_that_it_cannot_reach() -> None
 
 @pytest.mark.parametrize("seed", [1, 6])
 def test_the_vectors_of_a_random_model_have_everything_or_name_it(seed: int) -> None:
-    require_promised(random_settings(seed, double=bool(seed % 2)), reaches=False)
+    require_promised(random_settings(seed), reaches=False)
 
 
 # At 0.5 s a value that is frozen after hours does not fit, as a gap is no time in which it stands.
@@ -197,7 +196,7 @@ def test_what_does_not_fit_into_the_calls_is_named_and_said_where_it_was_cut() -
 
 
 def test_the_same_settings_give_the_same_bytes() -> None:
-    assert vectors_of(random_settings(5)).text == vectors_of(random_settings(5)).text
+    assert len({vectors_of(random_settings(5), most_calls=2000).text for _ in range(2)}) == 1
 
 
 def test_every_channel_reads_every_odd_value_alone_and_then_jumps() -> None:
