@@ -72,6 +72,7 @@ from thermaxis.compensation._supervisor import (
 from thermaxis.compensation._touches import (
     OffsetState as OffsetState,
     Touch as Touch,
+    TouchFilter as TouchFilter,
     TouchOutcome as TouchOutcome,
     TouchRules as TouchRules,
     touch_step as touch_step,

@@ -275,7 +275,7 @@ def cycle(
     step_s = min(elapsed_s, LONGEST_STEP_CYCLES * compensation.cycle_s)
     runs = _RESTARTS.isdisjoint(model.outcomes)
     follows = connected and agrees and other is False and in_force == state.correction_um
-    expected = state.expected if follows and runs else ()
+    expected = state.expected if follows and runs and not asked.forgets_touches else ()
     touched = _touched(compensation, state, reading, expected, asked, (time_s, step_s), runs=runs)
     offsets, touch_outcomes = touched
     offset_um = tuple(one.in_force_um for one in offsets)
@@ -492,12 +492,12 @@ def _touched(
     *,
     runs: bool,
 ) -> tuple[tuple[OffsetState, ...], tuple[TouchOutcome, ...]]:
-    """Return the offsets that touches leave; none is known where the model has started anew."""
+    """Return the offsets that touches leave; none is known of another datum or a new start."""
     probed, (time_s, step_s) = compensation.probed, clock
     if not compensation.touches:
         return (), ()
     before = state.offsets if len(state.offsets) == len(probed) else (OffsetState(),) * len(probed)
-    if not runs:
+    if asked.forgets_touches or not runs:
         before = [one.anew() for one in before]
     if asked.accepts_sensors:
         before = [one.anew()._replace(off=False) if one.off else one for one in before]

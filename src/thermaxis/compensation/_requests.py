@@ -34,6 +34,8 @@ class RequestKind(StrEnum):
     ACKNOWLEDGE = "acknowledge"
     """Say that a fault was seen and its cause removed; also accepts the present values of sensors
     that had jumped."""
+    DATUM = "datum"
+    """Say that a datum was set, or an axis referenced, anew: touches have taught nothing yet."""
     MODEL = "model"
     """Take another model of the configured folder."""
 
@@ -109,6 +111,8 @@ class AnswerCode(StrEnum):
     """The fault's cause is still there: another compensation is active."""
     OFFSET_OUTSIDE_STILL = "offset_outside_still"
     """The fault's cause is still there: the offset lies outside the limits, and comes back."""
+    TOUCHES_FORGOTTEN = "touches_forgotten"
+    """What touches have taught is forgotten; their offset leaves at its rate."""
     READ_BACK_DIFFERS_STILL = "read_back_differs_still"
     """The fault's cause is still there: the machine does not report what was written."""
 
@@ -150,6 +154,8 @@ class Asked(NamedTuple):
     diameter_mm: float | None
     accepts_sensors: bool = False
     """Whether the present values of all sensors are accepted."""
+    forgets_touches: bool = False
+    """Whether what touches have taught counts no more."""
 
 
 class Machine(NamedTuple):
@@ -246,6 +252,12 @@ def _diameter(_: Compensation, asked: Asked, __: Machine, request: Request) -> _
     return asked._replace(diameter_mm=value), True, AnswerCode.DIAMETER_SET
 
 
+def _datum(compensation: Compensation, asked: Asked, _: Machine, __: Request) -> _Answered:
+    if not compensation.touches:
+        return asked, False, AnswerCode.NOT_SUPPORTED
+    return asked._replace(forgets_touches=True), True, AnswerCode.TOUCHES_FORGOTTEN
+
+
 def _acknowledge(_: Compensation, asked: Asked, machine: Machine, __: Request) -> _Answered:
     memory, fault = asked.memory, asked.memory.fault
     if memory.state is not FAULT:
@@ -269,5 +281,6 @@ _ANSWERS: Mapping[str, Callable[[Compensation, Asked, Machine, Request], _Answer
     RequestKind.RESUME: _resume,
     RequestKind.TRIM: _trim,
     RequestKind.DIAMETER: _diameter,
+    RequestKind.DATUM: _datum,
     RequestKind.ACKNOWLEDGE: _acknowledge,
 }

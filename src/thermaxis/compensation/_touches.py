@@ -58,14 +58,9 @@ _HOUR_S = 3600.0
 _Floats = tuple[float, ...]
 
 
-@final
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TouchRules:
-    """How touches at an output are believed, and how far their offset may go.
-
-    Not protected: whether what was touched is where it was. A workpiece that is put in anew, a
-    worn tool and a datum that was set look like a drift, and the correction follows them within
-    these limits. A trim is added on top: whoever trims away what a touch has shown does it twice.
+class TouchFilter:
+    """How touches at an output are believed.
 
     Raises
     ------
@@ -73,18 +68,16 @@ class TouchRules:
         If a number is out of its range.
     """
 
-    limits: Limits
-    """Limit and rate of the offset, inside those of the correction; there is no default."""
     noise_um: float = 1.0
     """Standard deviation of a touch that states none. Default: that of a touch probe. [µm]"""
     drift_um_per_root_h: float = 2.0
-    """Root of q: standard deviation by which the offset drifts in one hour. Default: what a model
-    from touches leaves on FL_THERMAL. [µm/√h]"""
+    """Standard deviation by which the offset drifts in one hour, the root of q. Default: what a
+    model from touches leaves on FL_THERMAL. [µm/√h]"""
     discrepancy_um: float = 0.0
-    """d, standard deviation of what the model leaves anew at every touch, which no offset mends.
+    """Standard deviation d of what the model leaves anew at every touch, which no offset mends.
     Default: none. [µm]"""
     start_um: float = 5.0
-    """sigma0, standard deviation of what the model leaves where nothing was touched for long;
+    """Standard deviation sigma0 of what the model leaves where nothing was touched for long;
     nothing is ever known worse. Default: with it a single touch that is off by 50 µm lies three
     times beyond the gate. [µm]"""
     gate: float = 3.0
@@ -106,6 +99,20 @@ class TouchRules:
         require_range("ramp_um_per_h", self.ramp_um_per_h, 0.0, 1000.0)
         require_range("discrepancy_um", self.discrepancy_um, 0.0, 1000.0)
         require_range("confirm_s", self.confirm_s, 0.0, 86_400.0)
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TouchRules(TouchFilter):
+    """How touches at an output are believed, and how far their offset may go.
+
+    Not protected: whether what was touched is where it was. A workpiece that is put in anew, a
+    worn tool and a datum that was set look like a drift, and the correction follows them within
+    these limits. A trim is added on top: whoever trims away what a touch has shown does it twice.
+    """
+
+    limits: Limits
+    """Limit and rate of the offset, inside those of the correction; there is no default."""
 
 
 class Touch(NamedTuple):

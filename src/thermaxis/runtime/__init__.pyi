@@ -9,6 +9,7 @@ from ._findings import (
 )
 from ._offsets import OTHERS_WITHIN_S as OTHERS_WITHIN_S
 from ._ports import (
+    DATUM as DATUM,
     DIAMETER as DIAMETER,
     NOT_READ as NOT_READ,
     OTHER_COMPENSATION as OTHER_COMPENSATION,
@@ -25,6 +26,7 @@ from ._ports import (
     Source as Source,
     SourceSample as SourceSample,
     SystemClock as SystemClock,
+    counter_name as counter_name,
     interlock_name as interlock_name,
     probe_name as probe_name,
     redundant_name as redundant_name,

@@ -181,6 +181,8 @@ class CycleRecord:
     sink_reason: str = ""
     """Code of why the offsets' machine was not reached, or what it refused last; empty while
     nothing is wrong."""
+    touched: Mapping[str, str] = field(default_factory=dict[str, str])
+    """What became of a touch in this cycle, by output."""
 
 
 @final
@@ -192,7 +194,7 @@ class EventRecord:
     """Time of day, aware, in UTC."""
     kind: str
     """``start``, ``stop``, ``state``, ``request``, ``connection``, ``alarm``, ``commission``,
-    ``loss``."""
+    ``loss``, ``touch``."""
     who: str
     """Who caused it; empty for the machine itself."""
     text: str
@@ -336,6 +338,8 @@ class RequestBox(Protocol):
 
 OTHER_COMPENSATION = "other_compensation"
 """Name of the flag that says whether another compensation is active."""
+DATUM = "datum"
+"""Name of the number that changes when a datum is set, or an axis referenced anew."""
 DIAMETER = "diameter"
 """Name of the workpiece's clamping diameter, where the machine states it. [mm]"""
 
@@ -346,11 +350,13 @@ def redundant_name(channel: str) -> str:
 
 
 def probe_name(output: str) -> str:
-    """Return the name under which a displacement is read that is measured at an output.
-
-    It is recorded and shown; nothing is decided by it.
-    """
+    """Return the name under which a displacement is read that is measured at an output."""
     return f"probe.{output}"
+
+
+def counter_name(output: str) -> str:
+    """Return the name of the counter that rises with every touch at an output."""
+    return f"probe.{output}.counter"
 
 
 def interlock_name(interlock: str) -> str:

@@ -24,6 +24,7 @@ from thermaxis.compensation import (
     SensorRules,
     SupervisorRules,
     SupervisorState,
+    TouchRules,
 )
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import (
@@ -249,6 +250,7 @@ def compensation(
     rise_s: float = 30.0,
     cycle_s: float = 1.0,
     limits: Limits = LIMITS,
+    touches: TouchRules | None = None,
     **rules: float,
 ) -> Compensation:
     part = Part("spindle", "s", "c", gain, (Section(10.0, rise_s),))
@@ -262,6 +264,7 @@ def compensation(
         supervisor=SupervisorRules(**{"settle_s": 5.0, "hold_connection_s": 20.0, **rules}),
         interlocks=("referenced",),
         cycle_s=cycle_s,
+        touches={} if touches is None else {"Z_um": touches},
     )
 
 

@@ -374,7 +374,7 @@ def test_what_cannot_be_a_probe_is_said(tmp_path: Path) -> None:
         (TABLE.replace("ns=2;s=Probe", "Probe"), "probe.Z_um.node", "no_node_id"),
         (TABLE.replace('"mm"', '"degC"'), "probe.Z_um.unit", "value_unknown"),
         (f"{TABLE}scale = 0.0\n", "probe.Z_um.scale", "scale_zero"),
-        ('[probe.Z_um]\nunit = "mm"\n', "probe.Z_um.node", "key_needed"),
+        ('[probe.Z_um]\nunit = "mm"\n', "probe.Z_um", "key_needed_here"),
     ):
         found = examine_machine(configured(tmp_path, table))
         assert not isinstance(found, MachineConfiguration), table
@@ -399,7 +399,7 @@ def test_a_replay_has_no_probe_and_says_so(tmp_path: Path) -> None:
     assert found.probes == {}
     assert build_parts(found, SystemClock()).probes is None
     words = " ".join(as_text(describe_machine(found)).split())
-    assert "probes and the diameter are not read" in words
+    assert "probes but for touches, and the diameter are not read" in words
 
 
 def test_what_a_probe_is_for_is_said_in_words(tmp_path: Path) -> None:

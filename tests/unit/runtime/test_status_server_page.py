@@ -12,7 +12,16 @@ from tests.unit.runtime.status_server_parts import NOW, alarm, status
 from thermaxis.codes import Message
 from thermaxis.compensation import SampleQuality
 from thermaxis.runtime import FAILURES_BY_ADDRESS, HistorianStatus
-from thermaxis.runtime.status import ASKS, FIELDS, Kind, Shape, as_json, leaves_of, shape_of
+from thermaxis.runtime.status import (
+    ASKS,
+    FIELDS,
+    Kind,
+    OutputTouches,
+    Shape,
+    as_json,
+    leaves_of,
+    shape_of,
+)
 from thermaxis.runtime.status._fields import _BAD_BY_QUALITY, STATE_NUMBERS, state_text
 from thermaxis.runtime.status._metrics import metrics_of
 from thermaxis.runtime.status._sessions import (
@@ -43,7 +52,8 @@ def test_every_method_stands_on_the_page_with_its_role_and_arguments() -> None:
         assert cells == [ask.role.value, arguments, ask.text]
 
 
-CERTIFIED = status(certificates={"server.certificate": NOW})
+TOUCHED = OutputTouches(-2.0, 2.5, 1.2, "believed", 2.0, touched=NOW)
+CERTIFIED = status(certificates={"server.certificate": NOW}, touches={"Z_um": TOUCHED})
 WHOLE = json.loads(as_json(status(alarms=(alarm(),))))
 TABLES = {
     "loop": WHOLE,
@@ -102,6 +112,7 @@ def test_every_field_has_a_value_of_its_type() -> None:
         sink_reason=why,
         historian=HistorianStatus(False, 7, 2, why),
         reference_c={"T_spindle_C": 20.0, "T_column_C": 20.0},
+        touches={"Z_um": TOUCHED},
     )
     leaves = leaves_of(shape_of(told))
     named = [leaf for of in leaves.tables.values() for some in of.values() for leaf in some]

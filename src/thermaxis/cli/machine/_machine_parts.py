@@ -136,7 +136,7 @@ def build_probe_session(
     A request that is not answered in time costs its connection: a slow probe must not cost that
     of the inputs.
     """
-    if not configuration.probes or configuration.source.kind != "opcua":
+    if not probes_read(configuration) or configuration.source.kind != "opcua":
         return None
     settings = configuration.connections[configuration.source.connection]
     return runtime.OpcUaSession(replace(settings, name=f"{settings.name}, probes"), clock)
@@ -165,6 +165,8 @@ def nodes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings
     for name, flag in configuration.interlocks.items():
         nodes[runtime.interlock_name(name)] = node(node=flag.node, unit="bool", bit=flag.bit)
     other, diameter = configuration.other_compensation, configuration.diameter
+    if configuration.source.datum_node:
+        nodes[runtime.DATUM] = node(node=configuration.source.datum_node, unit="1")
     if other is not None:
         nodes[runtime.OTHER_COMPENSATION] = node(node=other.node, unit="bool", bit=other.bit)
     if diameter is not None:
@@ -180,13 +182,19 @@ def _life(
 
 
 def probes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings]":
-    """Return which probes are read, by the names of the ports."""
-    return {
-        runtime.probe_name(name): sources.NodeSettings(
-            node=entry.node, unit="um", scale=entry.factor
-        )
-        for name, entry in configuration.probes.items()
-    }
+    """Return which probes are read, by the names of the ports, a counter before its value.
+
+    A probing cycle writes the counter last: what is read after it is no older.
+    """
+    nodes: dict[str, NodeSettings] = {}
+    for name, entry in configuration.probes.items():
+        if entry.counter_node:
+            counter = sources.NodeSettings(node=entry.counter_node, unit="1")
+            nodes[runtime.counter_name(name)] = counter
+        if entry.node:
+            node = sources.NodeSettings(node=entry.node, unit="um", scale=entry.factor)
+            nodes[runtime.probe_name(name)] = node
+    return nodes
 
 
 def _replay(configuration: "MachineConfiguration", clock: "Clock") -> "tuple[Source, PacedClock]":
@@ -200,7 +208,8 @@ def _replay(configuration: "MachineConfiguration", clock: "Clock") -> "tuple[Sou
     replay = sources.ReplayClock()
     rules = configuration.compensation  # a witness that the log lacks is one that is not read
     names = [n for n in rules.judged if n in rules.model.channels or n in log.columns]
-    source = sources.ReplaySource(log, dict.fromkeys(names, "degC"), replay)
+    touched = [name for name in rules.touches if name in log.columns]
+    source = sources.ReplaySource(log, dict.fromkeys(names, "degC"), replay, touched)
     return source, PacedClock(replay, None if settings.as_fast_as_possible else clock)
 
 
@@ -247,5 +256,6 @@ def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
         at_stop=runtime.AtStop(configuration.supervisor.at_stop),
         stop_within_s=configuration.supervisor.stop_within_s,
         latch_offset_mismatch=configuration.supervisor.latch_offset_mismatch,
+        replayed=configuration.source.kind == "replay",
         configuration_sha256=configuration_sha256(configuration),
     )

@@ -3,12 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from thermaxis.codes import message_as_json
-from thermaxis.compensation import Output, SensorRules
+from thermaxis.compensation import Output, SensorRules, TouchRules
 from thermaxis.messages import place_text, remedy_of, sentence_of, text_of
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, filled, values_of
 from thermaxis.runtime import (
     Finding,
     MachineConfiguration,
+    ProbeSettings,
     ScreenSettings,
     ServerSettings,
     offset_factor,
@@ -16,6 +17,9 @@ from thermaxis.runtime import (
 from thermaxis.runtime.config import history_day_mb
 
 _EXAMPLE_UM = 10.0
+_OF_A_PROBE = (
+    "node", "unit", "scale", "counter_node", "largest_um", "largest_rate_um_per_s", "acts"
+)  # fmt: skip
 _MARKS = {"ok": "ok", "warning": "warning", "error": "ERROR"}
 
 
@@ -39,7 +43,7 @@ def describe_machine(configuration: MachineConfiguration) -> list[Part]:
         Section("", list(_times(configuration))),
         Section("", list(_surroundings(configuration))),
         Value("interlocks", _of_each(configuration.interlocks, "node", met="value")),
-        Value("probes", _of_each(configuration.probes, "node", "unit", "scale")),
+        Value("probes", _of_each(configuration.probes, *_OF_A_PROBE)),
         Value("screen", None if screen is None else as_json(values_of(screen, *shown))),
     ]
 
@@ -112,8 +116,8 @@ def _source(configuration: MachineConfiguration) -> str:
         return "from pins of HAL of the LinuxCNC of this computer."
     pace = "as fast as possible" if source.as_fast_as_possible else "at the pace of the day itself"
     return (
-        f"replayed from {source.log}, {pace}; interlocks, redundant sensors, probes and the"
-        " diameter are not read."
+        f"replayed from {source.log}, {pace}; interlocks, redundant sensors, probes"
+        " but for touches, and the diameter are not read."
     )
 
 
@@ -182,16 +186,27 @@ def _conditions(configuration: MachineConfiguration) -> Iterator[str]:
         )
     if diameter is not None:
         yield f"The workpiece's diameter is read from {diameter.node}, in {diameter.unit}."
-    for name, probe in configuration.probes.items():
-        times = "" if probe.scale == 1.0 else f", times {probe.scale:g}"
-        yield (
-            f"{name} is measured by {probe.node}, in {probe.unit}{times}: that is recorded and"
-            " shown, and nothing is decided by it."
-        )
+    probes, touched = configuration.probes, configuration.rules.touches
+    for name in {**probes, **touched}:  # a replay has no probes, but may have touches
+        yield _probe(name, probes.get(name, ProbeSettings()), touched.get(name))
     validity = configuration.compensation
     yield (
         "Outside the temperatures that the model was made from, its weight falls to"
         f" {validity.lowest_weight:g} within {validity.validity_margin_k:g} K."
+    )
+
+
+def _probe(name: str, probe: ProbeSettings, rules: TouchRules | None) -> str:
+    times = "" if probe.scale == 1.0 else f", times {probe.scale:g}"
+    measured = f"measured by {probe.node}, in {probe.unit}{times}"
+    if rules is None:
+        return f"{name} is {measured}: that is recorded and shown, and nothing is decided by it."
+    new = f", a touch each time {probe.counter_node} rises" if probe.counter_node else ""
+    limits, acts = rules.limits, "added to the correction" if rules.acts else "only shown"
+    return (
+        f"{name} is {measured if probe.node else 'touched'}{new}: what the model lacks by its"
+        f" touches is {acts}, at most {limits.largest_um:g} µm at"
+        f" {limits.largest_rate_um_per_s:g} µm/s inside the total."
     )
 
 

@@ -53,7 +53,6 @@ _RULES = {
     "nothing": "nothing", "probe_and_hold": "probe and hold",
     "free_run": "model alone", "with_offset": "model and offset",
 }  # fmt: skip
-_NOT_YET = "The loop on a machine takes no touches yet: this is what they would be worth."
 _LIMITED = "With the correction within its limits, begun at rest as the machine begins"
 
 
@@ -375,7 +374,6 @@ def _touched(result: thermal.Verification) -> list[Part]:
             for name, f in found.items()
             if (s := _likely(f)[2]) is not None
         ),
-        _NOT_YET,
     ]
 
 

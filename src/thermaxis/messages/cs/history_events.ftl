@@ -5,6 +5,7 @@ event_kind-request = požadavek
 event_kind-connection = spojení
 event_kind-alarm = alarm
 event_kind-commission = uvedení do provozu
+event_kind-touch = dotyk
 event_kind-loss = mezera
 
 priority-critical = kritický
@@ -38,6 +39,7 @@ event-part_unwritten = hotové hodiny zůstávají řádky databáze, protože j
 event-old_days_kept = dny nad dobu uchování zůstávají, protože jejich soubory nelze smazat ({ $detail })
 event-day_unjoined = soubory hotových dnů zůstávají oddělené, protože je nelze spojit ({ $detail })
 event-self_test = vlastní test: { $finding }
+event-touch = dotyk { NAME($name) }, { SIGNED($value_um, decimals: 1) } µm: { CODE($outcome, "touch") }
 event-alarm_gone = pominulo: { $alarm }
 event-alarm = { CODE($priority, "priority") }: { $alarm }
 event-offset_unusable = ve stroji není platný posun: nic se nezapisuje

@@ -81,6 +81,7 @@ self_test-diameter_outside = { $diameter_mm } mm leží mimo zesílení modelu, 
 
 self_test-probe = { SIGNED($value_um, decimals: 1) } µm, neznámé stáří.
 self_test-probe_age = { SIGNED($value_um, decimals: 1) } µm, stáří { FIXED($age_s, decimals: 1) } s.
+self_test-probe_counter = Čítač je na { $count }.
 self_test-probe_no_value = Není hodnota: { $status }.
     .remedy = Kompenzace sondu nepotřebuje.
 self_test-probe_unusable = Sondu nelze použít: { $why }

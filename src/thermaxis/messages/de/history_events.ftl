@@ -5,6 +5,7 @@ event_kind-request = Anforderung
 event_kind-connection = Verbindung
 event_kind-alarm = Alarm
 event_kind-commission = Inbetriebnahme
+event_kind-touch = Antastung
 event_kind-loss = Lücke
 
 priority-critical = kritisch
@@ -38,6 +39,7 @@ event-part_unwritten = fertige Stunden bleiben Zeilen der Datenbank, denn ihre D
 event-old_days_kept = Tage jenseits der Aufbewahrung bleiben, denn ihre Dateien können nicht gelöscht werden ({ $detail })
 event-day_unjoined = die Dateien fertiger Tage bleiben einzeln, denn sie können nicht zusammengefügt werden ({ $detail })
 event-self_test = Selbsttest: { $finding }
+event-touch = Antastung von { NAME($name) }, { SIGNED($value_um, decimals: 1) } µm: { CODE($outcome, "touch") }
 event-alarm_gone = gegangen: { $alarm }
 event-alarm = { CODE($priority, "priority") }: { $alarm }
 event-offset_unusable = was in der Maschine steht, ist kein Versatz: es wird nichts geschrieben

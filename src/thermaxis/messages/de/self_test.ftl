@@ -81,6 +81,7 @@ self_test-diameter_outside = { $diameter_mm } mm liegt außerhalb der Verstärku
 
 self_test-probe = { SIGNED($value_um, decimals: 1) } µm, Alter unbekannt.
 self_test-probe_age = { SIGNED($value_um, decimals: 1) } µm, { FIXED($age_s, decimals: 1) } s alt.
+self_test-probe_counter = Der Zähler steht auf { $count }.
 self_test-probe_no_value = Es gibt keinen Wert: { $status }.
     .remedy = Die Kompensation braucht den Messtaster nicht.
 self_test-probe_unusable = Der Messtaster ist nicht nutzbar: { $why }

@@ -7,6 +7,7 @@ event_kind-request = request
 event_kind-connection = connection
 event_kind-alarm = alarm
 event_kind-commission = commission
+event_kind-touch = touch
 event_kind-loss = loss
 
 ## Priorities of alarms
@@ -44,6 +45,7 @@ event-part_unwritten = finished hours stay rows of the database, for their file 
 event-old_days_kept = days beyond those to be kept stay, for their files cannot be deleted ({ $detail })
 event-day_unjoined = the files of finished days stay apart, for they cannot be joined ({ $detail })
 event-self_test = self-test: { $finding }
+event-touch = touch of { NAME($name) }, { SIGNED($value_um, decimals: 1) } µm: { CODE($outcome, "touch") }
 event-alarm_gone = gone: { $alarm }
 event-alarm = { CODE($priority, "priority") }: { $alarm }
 event-offset_unusable = what stands in the machine is no offset: nothing is written

@@ -81,6 +81,7 @@ self_test-diameter_outside = { $diameter_mm } mm lies outside the model's gains,
 
 self_test-probe = { SIGNED($value_um, decimals: 1) } µm, of unknown age.
 self_test-probe_age = { SIGNED($value_um, decimals: 1) } µm, { FIXED($age_s, decimals: 1) } s old.
+self_test-probe_counter = The counter stands at { $count }.
 self_test-probe_no_value = There is no value: { $status }.
     .remedy = The compensation does not need the probe.
 self_test-probe_unusable = The probe cannot be used: { $why }

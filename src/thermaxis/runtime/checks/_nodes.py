@@ -232,12 +232,14 @@ def judge_diameter(
 # ---- probes -------------------------------------------------------------------------------------
 
 
-def judge_probe(key: str, node: "NodeDescription", settings: ProbeSettings) -> Finding:
-    """Judge the node of a probe: nothing that is wrong with it forbids a correction."""
+def judge_probe(key: str, node: "NodeDescription", settings: ProbeSettings | None) -> Finding:
+    """Judge the node of a probe, or of its counter: nothing wrong with it forbids a correction."""
     raw = _number(key, node, "probe_no_value")
     if isinstance(raw, Finding):
         lacking = raw.level is Level.ERROR
         return warning("probe_unusable", key, why=raw.message) if lacking else raw
+    if settings is None:
+        return ok("probe_counter", key, count=raw)
     value_um = raw * settings.factor
     if node.age_s is None:
         return ok("probe", key, value_um=value_um)

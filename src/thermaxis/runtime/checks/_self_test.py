@@ -22,7 +22,7 @@ from thermaxis.runtime.checks._nodes import (
     judge_read_back,
     judge_redundant,
 )
-from thermaxis.runtime.config import InputSettings, MachineConfiguration
+from thermaxis.runtime.config import InputSettings, MachineConfiguration, ProbeSettings
 
 if TYPE_CHECKING:
     from thermaxis.runtime.opcua import NodeDescription, OpcUaSession
@@ -184,10 +184,15 @@ async def _look_at_probes(
 ) -> list[Finding]:
     """Look at the probes, by their own connection: what it lacks forbids nothing."""
     found: list[Finding] = []
-    for name, settings in configuration.probes.items():
-        key, node = f"probe.{name}", None
+    rows: list[tuple[str, str, ProbeSettings | None]] = []
+    for name, probe in configuration.probes.items():
+        rows += [(f"probe.{name}", probe.node, probe)] if probe.node else []
+        counter = f"probe.{name}.counter_node", probe.counter_node, None
+        rows += [counter] if probe.counter_node else []
+    for key, node_id, settings in rows:
+        node = None
         if session is not None and session.connected:
-            node = await session.describe(settings.node, DEADLINE_S)
+            node = await session.describe(node_id, DEADLINE_S)
         if node is None:
             why = None if session is None else session.failure
             return [*found, warning("probe_not_asked", key, why=why or _NO_ANSWER)]

@@ -17,6 +17,7 @@ from thermaxis.compensation import (
     Limits,
     SensorRules,
     SupervisorRules,
+    TouchRules,
 )
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.runtime._connection import ConnectionSettings, Secret
@@ -61,10 +62,12 @@ class MachineRules:
     """Names of the conditions that must be met."""
     validity: Mapping[str, float]
     """What is stated of `Compensation.validity_margin_k` and `Compensation.lowest_weight`."""
+    touches: Mapping[str, TouchRules]
+    """How touches are believed, by output."""
 
     def __post_init__(self) -> None:
         """Freeze the mappings."""
-        for name in ("sensors", "limits", "validity"):
+        for name in ("sensors", "limits", "validity", "touches"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     def applied_to(self, model: CompensationModel) -> Compensation:
@@ -80,6 +83,7 @@ class MachineRules:
             cycle_s=self.cycle_s,
             redundant=self.redundant.intersection(model.channels),
             interlocks=self.interlocks,
+            touches=self.touches,
             **cast("Mapping[str, Any]", self.validity),
         )
 

@@ -13,8 +13,10 @@ from thermaxis.compensation import CompensationModel
 from thermaxis.files.settings import nearest, problem
 from thermaxis.runtime._keys import Needed, Only
 from thermaxis.runtime._ports import (
+    DATUM,
     DIAMETER,
     OTHER_COMPENSATION,
+    counter_name,
     interlock_name,
     probe_name,
     redundant_name,
@@ -24,6 +26,7 @@ from thermaxis.runtime.config._tables import (
     InputSettings,
     MachineFile,
     OutputSettings,
+    ProbeSettings,
     ScreenSettings,
     ServerSettings,
     SinkSettings,
@@ -66,6 +69,8 @@ def contradictions(file: MachineFile) -> Iterator[Message]:
         for name, output in file.outputs.items():
             yield from _of_kind(f"output.{name}", output, sink.kind)
             yield from _about_output(f"output.{name}", output, sink.kind)
+    for name, probe in file.probes.items():
+        yield from _about_probe(f"probe.{name}", probe)
     yield from _about_names(file)
     yield from _about_nodes(file)
 
@@ -113,15 +118,28 @@ def _about_output(table: str, output: OutputSettings, kind: str) -> Iterator[Mes
         yield problem("unknown_sign", f"{table}.sign", **values)
 
 
+def _about_probe(table: str, probe: ProbeSettings) -> Iterator[Message]:
+    """Yield what a probe, or what is touched, needs."""
+    touched = probe.largest_um is not None
+    for lacks, name in (
+        (not probe.node and (bool(probe.counter_node) or not touched), "node"),
+        (bool(probe.node) and not probe.unit, "unit"),
+        (bool(probe.counter_node) and not touched, "largest_um"),
+        (touched and probe.largest_rate_um_per_s is None, "largest_rate_um_per_s"),
+    ):
+        if lacks:
+            yield problem("key_needed_here", table, name=name)
+
+
 def _about_names(file: MachineFile) -> Iterator[Message]:
     """Refuse names that would be read as something else."""
     for name in file.interlocks:
         if not re.fullmatch(r"[\w-]{1,60}", name):
             yield problem("interlock_name", f"interlock.{name}")
-    taken = {OTHER_COMPENSATION, DIAMETER}
+    taken = {OTHER_COMPENSATION, DIAMETER, DATUM}
     taken |= {interlock_name(name) for name in file.interlocks}
     taken |= {redundant_name(name) for name in file.inputs}
-    taken |= {probe_name(name) for name in file.probes}
+    taken |= {of(name) for name in file.probes for of in (probe_name, counter_name)}
     for name in file.inputs:
         if name in taken:
             yield problem("reserved_name", f"input.{name}", name=name)

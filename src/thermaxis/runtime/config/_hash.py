@@ -10,7 +10,7 @@ from thermaxis.runtime.config._configuration import MachineConfiguration
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-_LATER = {"moves_with", "rests_k"}
+_LATER = {"moves_with", "rests_k", "touches"}
 """Keys that count where they are stated: without them other versions have the same hash."""
 
 

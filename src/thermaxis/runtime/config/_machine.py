@@ -18,7 +18,7 @@ wrong sign. The self-test looks at the machine; the sign is proven at commission
 
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, TypeVar, cast, final
@@ -30,6 +30,7 @@ from thermaxis.compensation import (
     Limits,
     SensorRules,
     SupervisorRules,
+    TouchRules,
 )
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import placed, problem, read_toml, refuse, tree_of
@@ -47,6 +48,7 @@ from thermaxis.runtime.config._contradictions import (
 )
 from thermaxis.runtime.config._tables import (
     MachineFile,
+    ProbeSettings,
     SinkSettings,
     part_of,
     require_file,
@@ -156,7 +158,7 @@ class _Reading:
         if model is None or history is None or self.problems:
             return self.problems
         read = _acting(file)
-        rules = _rules(read)
+        rules = _rules(read, file.probes)
         compensation = attempt("", lambda: _fitted(rules, model.model))
         sink = compensation and attempt("", lambda: _sink_of(read))
         if compensation is None or sink is None:
@@ -282,7 +284,7 @@ def _acting(file: MachineFile) -> MachineFile:
         away = {"node": "", "redundant_node": "", "scale": 1.0, "on_change": False}
         file = replace(
             file,
-            source=replace(file.source, connection="", life_node=""),
+            source=replace(file.source, connection="", life_node="", datum_node=""),
             inputs={name: replace(entry, **away) for name, entry in file.inputs.items()},
             interlocks={},
             other_compensation=None,
@@ -299,7 +301,7 @@ def _acting(file: MachineFile) -> MachineFile:
     return file
 
 
-def _rules(file: MachineFile) -> MachineRules:
+def _rules(file: MachineFile, probes: Mapping[str, ProbeSettings]) -> MachineRules:
     validity = {field: getattr(file.validity, key) for key, field in _VALIDITY.items()}
     return MachineRules(
         cycle_s=file.machine.cycle_s,
@@ -309,6 +311,7 @@ def _rules(file: MachineFile) -> MachineRules:
         redundant=frozenset(name for name, entry in file.inputs.items() if entry.redundant_node),
         interlocks=tuple(file.interlocks),
         validity={field: value for field, value in validity.items() if value is not None},
+        touches={name: part_of(TouchRules, one) for name, one in probes.items() if one.limits},
     )
 
 
@@ -317,6 +320,7 @@ def _fitted(rules: MachineRules, model: CompensationModel) -> Compensation:
         return rules.applied_to(model)
     except ConfigurationError as error:
         keys = {field: f"validity.{key}" for key, field in _VALIDITY.items()} | {"sensors": "input"}
+        keys |= {"touches.limits": f"probe.{error.place.channel}.largest_um"}
         key = keys.get(error.place.key, f"machine.{error.place.key}")
         raise error.at(Place(key=key)) from None
 

@@ -23,6 +23,8 @@ from thermaxis.compensation import (
     Limits,
     SensorRules,
     SupervisorRules,
+    TouchFilter,
+    TouchRules,
 )
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import Language
@@ -54,7 +56,7 @@ SHORTEST_TOKEN = 16
 _Kind = Callable[[Path], bool]
 Shown = Annotated[Word, Field(max_length=40)]
 """A short text for people."""
-_Rules = TypeVar("_Rules", SensorRules, Limits, SupervisorRules)
+_Rules = TypeVar("_Rules", SensorRules, Limits, SupervisorRules, TouchRules)
 
 
 def require_file(
@@ -107,7 +109,7 @@ NeededNode = Annotated[Word, _checked_by(_node)]
 """A node."""
 
 
-def part_of(kind: type[_Rules], table: _Rules) -> _Rules:
+def part_of(kind: type[_Rules], table: object) -> _Rules:
     """Return the rules alone that are part of a table."""
     return kind(**{one.name: getattr(table, one.name) for one in fields(kind) if one.init})
 
@@ -149,6 +151,9 @@ class SourceSettings:
     stamps say whether a value is new; for linuxcnc a pin that every servo period sets."""
     life_s: Annotated[float, Field(gt=0.0, le=600.0)] = 5.0
     """It must have changed within so long. Default: PLCs count once a second or faster. [s]"""
+    datum_node: Node = ""
+    """Node of a number that changes when a datum is set, or an axis referenced anew: what touches
+    have taught is then forgotten. Without it: `thermaxis ask` says so, or a restart."""
     log: Annotated[FileName, Only("replay"), Needed("replay")] = None
     """The log; required for replay."""
     mapping: Annotated[FileName, Only("replay")] = None
@@ -253,22 +258,38 @@ class DiameterSettings:
 
 
 @final
-@dataclass(frozen=True)
-class ProbeSettings:
-    """``[probe.NAME]``: a displacement that is measured while the correction acts; only shown."""
+@dataclass(frozen=True, kw_only=True)
+class ProbeSettings(TouchFilter):
+    """``[probe.NAME]``: a displacement that is measured, or touched, while the correction acts."""
 
-    node: NeededNode
-    """Node of the probe."""
-    unit: Literal["um", "mm", "inch"]
-    """`um`, `mm` or `inch`, after the scale. Default: a wrong unit is a factor of 1000."""
-    scale: Factor = 1.0
+    node: Node = field(default="", kw_only=False)
+    """Node of the probe; required unless there is `largest_um`. Without it: there is none."""
+    unit: Literal["um", "mm", "inch"] | None = field(default=None, kw_only=False)
+    """`um`, `mm` or `inch`, after the scale; required with `node`. Default: a wrong unit is a
+    factor of 1000. Without it: none."""
+    scale: Factor = field(default=1.0, kw_only=False)
     """What the number is multiplied by first; negative where the probe counts towards the
     workpiece; not 0. Default: the node holds the value itself. [1]"""
+    counter_node: Node = ""
+    """Node of a whole number that a probing cycle raises when a new touch stands in `node`, as
+    `thermaxis program --touch` does; it needs `largest_um`. Without it: `node` holds no touches."""
+    largest_um: Annotated[float | None, Field(gt=0.0, le=LARGEST_LIMIT_UM)] = None
+    """Limit of what touches add to the correction, up or down, inside the total; up to 10 000.
+    Without it: no touch is looked at. [µm]"""
+    largest_rate_um_per_s: Annotated[float | None, Field(gt=0.0, le=FASTEST_LIMIT_UM_PER_S)] = None
+    """Fastest change of that, up to 1000; required with `largest_um`. Without it: none. [µm/s]"""
 
     @property
     def factor(self) -> float:
         """What the number in the node is multiplied by. [µm per unit of the node]"""
-        return self.scale * {"um": 1.0, "mm": 1e3, "inch": 25.4e3}[self.unit]
+        return self.scale * {None: 1.0, "um": 1.0, "mm": 1e3, "inch": 25.4e3}[self.unit]
+
+    @property
+    def limits(self) -> Limits | None:
+        """Limit and rate of what touches add; None where none are looked at."""
+        if self.largest_um is None or self.largest_rate_um_per_s is None:
+            return None
+        return Limits(self.largest_um, self.largest_rate_um_per_s)
 
 
 @final
@@ -524,10 +545,10 @@ class MachineFile:
     """A flag that tells whether another compensation is active."""
     diameter: DiameterSettings | None = None
     """The workpiece's clamping diameter."""
-    probes: Annotated[Table[ProbeSettings], Field(alias="probe")] = field(
+    probes: Annotated[Table[Checked[ProbeSettings]], Field(alias="probe")] = field(
         default_factory=dict[str, ProbeSettings]
     )
-    """What is measured while the correction acts, by output."""
+    """What is measured or touched while the correction acts, by output."""
     outputs: Annotated[Table[Checked[OutputSettings]], Field(alias="output")]
     """One table for every output of the model."""
     supervisor: Checked[SupervisorSettings] = SupervisorSettings()

@@ -172,6 +172,8 @@ class Columns:
             output.trim_um,
             output.weight,
             output.at_limit,
+            output.offset_um,
+            output.offset_std_um,
         )
         applied = [record.applied.get(name, _UNKNOWN) for name in self.outputs]
         numbers: list[float | None] = [
@@ -197,6 +199,7 @@ class Columns:
             record.sink_reason or None,
             *[s.status for s in samples],
             *[quality.value for quality in output.qualities[: len(output.values)]],
+            *[record.touched.get(name) for name in self.outputs if output.offset_um],
         )
         lengths = (*map(len, vectors), *map(len, output.contribution_um), len(output.values))
         key = (*record.samples, *lengths, record.parts, self.outputs, record.channels)
@@ -229,6 +232,9 @@ class Columns:
         weights = [_stem_of(name)[0] for name in self.outputs]
         yield from (Column(f"{name}_weight", "number", 6) for name in weights)
         yield from (Column(f"{name}_at_limit", "flag") for name in weights)
+        if record.output.offset_um:
+            yield from self._by_output("offset")
+            yield from self._by_output("offset_std")
         for name in self.outputs:
             for quantity in ("commanded", "accepted", "effective"):
                 yield Column(output_column(name, quantity), "number", _NM_UM)
@@ -244,6 +250,8 @@ class Columns:
         yield from (Column(name, "text") for name in _CODES)
         yield from (Column(f"{input_column(name)}_status", "text") for name in record.samples)
         yield from (Column(f"{name}_quality", "text") for name in record.channels)
+        if record.output.offset_um:
+            yield from (Column(f"{_stem_of(name)[0]}_touch", "text") for name in self.outputs)
 
 
 def _named(columns: Iterator[Column], taken: dict[str, str]) -> Iterator[Column]:

@@ -17,7 +17,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._ports import LoopAnswer, RequestBox, RequestOutcome
 
 ASKED_HERE: Final = tuple(
-    RequestKind(kind) for kind in ("acknowledge", "disable", "hold", "resume", "enable")
+    RequestKind(kind) for kind in ("acknowledge", "disable", "hold", "datum", "resume", "enable")
 )
 """What can be asked for; the last two where the configuration allows it."""
 _STARTS: Final = {RequestKind.RESUME, RequestKind.ENABLE}

@@ -17,12 +17,14 @@ from thermaxis.compensation import (
     RequestKind,
     SampleQuality,
     SupervisorState,
+    Touch,
     cycle,
     cycle_state,
     with_compensation,
 )
 from thermaxis.runtime._offsets import Found, acknowledged, offset_rules, standing
 from thermaxis.runtime._ports import (
+    DATUM,
     DIAMETER,
     NOT_READ,
     RequestOutcome,
@@ -36,6 +38,7 @@ from thermaxis.runtime.loop._saved_state import SavedState, Saver, StateFile, ta
 from thermaxis.runtime.loop._self_test import SELF_TEST, SelfTest, with_self_test
 from thermaxis.runtime.loop._settings import AtStop, LoopSettings, Models, Ports
 from thermaxis.runtime.loop._telling import differing, record_of, status_of
+from thermaxis.runtime.loop._touches import Touches
 from thermaxis.runtime.status import (
     Alarm,
     RuntimeStatus,
@@ -131,7 +134,9 @@ class CompensationLoop:
         self._held_by, self._differing = "", tuple[str, ...]()
         self._known_s = 0.0
         self._test = SelfTest(self_test, self._journal)
+        self._touches = Touches(self._journal, replayed=settings.replayed)
         self._diameter: float | None = None
+        self._datum: float | None = None
         self._number = self._overruns = 0
         self._other_state: Message | None = None
         self._alarms: tuple[Alarm, ...] = ()
@@ -266,9 +271,11 @@ class CompensationLoop:
         self._number += 1
         wait_s = min(max(0.5 * self.compensation.cycle_s, SHORTEST_WAIT_S), LONGEST_WAIT_S)
         samples = await self.source.read(wait_s)
+        samples, touches = self._touches.take(self.compensation, samples, self._state, now_s)
         found = await self._machine.look(self._number, wait_s)
         self._test.watch(now_s, there=self.source.connected and self.sink.connected)
-        output = self._compute(now_s, samples, found)
+        output = self._compute(now_s, samples, found, touches)
+        self._touches.judged(touches, output, self.clock.utc())
         await self._machine.write(output, wait_s, ready=self._ready)
         self._record(now_s, lateness_s, samples, output)
         memory = self._state.memory
@@ -288,7 +295,11 @@ class CompensationLoop:
         )
 
     def _compute(
-        self, now_s: float, samples: Mapping[str, SourceSample], found: Found
+        self,
+        now_s: float,
+        samples: Mapping[str, SourceSample],
+        found: Found,
+        touches: tuple[Touch, ...],
     ) -> CycleOutput:
         """Answer requests, advance the model and limit the correction."""
         if self._ready or not self.sink.connected or self._test.forbidden is None:
@@ -297,6 +308,7 @@ class CompensationLoop:
         for one in waiting:
             self._change_model(one)
         own.extend(self._changed_diameter(samples))
+        own.extend(self._changed_datum(samples))
         reading = reading_of(
             self.compensation,
             self.settings,
@@ -312,7 +324,7 @@ class CompensationLoop:
             self._machine.interlocked_s = now_s
         waiting = self._requests.without_unseen(waiting, self._doubted(reading, waiting))
         asked = [one.request for one in waiting if one.change is None]
-        reading = reading._replace(requests=(*asked, *own))
+        reading = reading._replace(requests=(*asked, *own), touches=touches)
         self._state, output = cycle(self.compensation, self._state, reading)
         unlike = {*differing(self.compensation, self._state.memory, found, output)}
         unlike |= standing(self._machine.rules, self._machine.offsets)
@@ -331,6 +343,13 @@ class CompensationLoop:
             return []
         self._diameter = sample.value
         return [Request(RequestKind.DIAMETER, who="the machine", value=sample.value)]
+
+    def _changed_datum(self, samples: Mapping[str, SourceSample]) -> list[Request]:
+        sample = samples.get(DATUM, NOT_READ)
+        if not sample.good or sample.value is None or sample.value == self._datum:
+            return []
+        known, self._datum = self._datum is not None, sample.value
+        return [Request(RequestKind.DATUM, who="the machine")] if known else []
 
     def _change_model(self, waiting: Waiting) -> None:
         if waiting.change is None:
@@ -396,6 +415,7 @@ class CompensationLoop:
             offsets=self._machine.aged(),
             interlocks=self._interlocks,
             held_by=self._held_by,
+            touches=self._touches.told(self.compensation, self._state, output),
             differing=self._differing,
             source_reason=self.source.failure,
             sink_reason=self.sink.failure,
@@ -403,7 +423,8 @@ class CompensationLoop:
         if changed:
             told = state_message(status)
             self._journal.event("state", told.code, told.values)
-        self.historian.record(record_of(status, now_s, self._machine.applied))
+        touched = self._touches.outcomes
+        self.historian.record(record_of(status, now_s, self._machine.applied, touched))
         self._journal.connections(self.status, status)
         known = tuple(map(status.acting_known, self._names))
         signs = (known, status.sink_connected, output.reasons, output.at_limit, output.state)

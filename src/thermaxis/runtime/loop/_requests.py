@@ -16,7 +16,7 @@ from thermaxis.runtime.status import Alarm, is_mismatch
 LONGEST_TEXT = 200
 """Longest text in a request. [1]"""
 _ENDING = RequestOutcome(accepted=False, code=LoopAnswer.ENDING)
-_DECIDED = ("fault_", "state_version")
+_DECIDED = ("fault_", "state_version", "touch_void")
 _UNSEEN = RequestOutcome(accepted=False, code=LoopAnswer.SENSOR_ALARM_MEANWHILE)
 
 

@@ -46,6 +46,8 @@ class LoopSettings:
     latch_offset_mismatch: bool = False
     """Whether the correction stays off once an offset was not where it had been left, until
     somebody acknowledges it."""
+    replayed: bool = False
+    """Whether a log is replayed, whose machine was not corrected."""
     configuration_sha256: str = ""
     """Hash of the configuration's rules, told with every status; empty where there is none."""
 

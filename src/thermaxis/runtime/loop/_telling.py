@@ -63,7 +63,10 @@ def _active_in_s(compensation: Compensation, memory: Memory) -> float:
 
 
 def record_of(
-    status: RuntimeStatus, monotonic_s: float, applied: Mapping[str, Applied]
+    status: RuntimeStatus,
+    monotonic_s: float,
+    applied: Mapping[str, Applied],
+    touched: Mapping[str, str],
 ) -> CycleRecord:
     """Return what is recorded of a cycle."""
     return CycleRecord(
@@ -79,6 +82,7 @@ def record_of(
         status.diameter_mm,
         _code_of(status.source_reason),
         _code_of(status.sink_reason),
+        touched,
     )
 
 

@@ -2,11 +2,13 @@
 
 import math
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import final
 
-from thermaxis.runtime._ports import NOT_READ, Source, SourceSample
+import numpy as np
+
+from thermaxis.runtime._ports import NOT_READ, Source, SourceSample, counter_name, probe_name
 from thermaxis.thermal import ThermalLog
 
 
@@ -33,16 +35,30 @@ class ReplayClock:
 
 @final
 class ReplaySource(Source):
-    """Values of a log, held until the next row, as if they were read at that time."""
+    """Values of a log, held until the next row, as if they were read at that time.
 
-    def __init__(self, log: ThermalLog, names: Mapping[str, str], clock: ReplayClock) -> None:
+    Columns in micrometres that are mostly empty, by their output, are touches: each value in them
+    is one, and the counter is its row.
+    """
+
+    def __init__(
+        self,
+        log: ThermalLog,
+        names: Mapping[str, str],
+        clock: ReplayClock,
+        touched: Sequence[str] = (),
+    ) -> None:
         self._clock = clock
         first_s = float(log.time_s[0])
         self._time_s: list[float] = [t - first_s for t in log.time_s.tolist()]
         self._columns: dict[str, list[float]] = {
             name: log.column(name, unit=unit).tolist() for name, unit in names.items()
         }
-        self._row = 0
+        for output in touched:
+            column = log.column(output, unit="um")
+            row = np.maximum.accumulate(np.where(np.isnan(column), 0, np.arange(log.rows)))
+            self._columns[counter_name(output)] = row.astype(float).tolist()
+            self._columns[probe_name(output)] = column[row].tolist()
 
     async def open(self) -> None:
         """Begin at the first row."""

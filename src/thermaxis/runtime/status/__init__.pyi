@@ -39,6 +39,7 @@ from ._status import (
     Alarm as Alarm,
     OutputFacts as OutputFacts,
     OutputOffsets as OutputOffsets,
+    OutputTouches as OutputTouches,
     RuntimeStatus as RuntimeStatus,
     facts_of as facts_of,
     state_message as state_message,

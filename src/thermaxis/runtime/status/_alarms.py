@@ -10,7 +10,7 @@ from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality,
 from thermaxis.runtime._connection import CERTIFICATE_WARNED_DAYS
 from thermaxis.runtime._offsets import FOLLOWS_S, OffsetMismatch
 from thermaxis.runtime._ports import NOT_READ
-from thermaxis.runtime.status._status import Alarm, RuntimeStatus
+from thermaxis.runtime.status._status import Alarm, OutputTouches, RuntimeStatus
 
 PRIORITIES = ("critical", "high", "medium", "low")
 """Priorities, the gravest first."""
@@ -57,6 +57,8 @@ ALARMS: Final[Mapping[str, AlarmKind]] = {
     "another_writer": AlarmKind("offset mismatch", "high"),
     "no_effect": AlarmKind("no effect", "high"),
     "limit": AlarmKind("limit", "critical"),
+    "touch_excluded": AlarmKind("touch", "medium"),
+    "touch_void": AlarmKind("touch", "high"),
     "soft_limit": AlarmKind("soft limit", "medium"),
     "validity": AlarmKind("validity", "medium"),
     "behind": AlarmKind("behind", "medium"),
@@ -226,6 +228,11 @@ def _of_outputs(
             acting = {**of, "accepted_um": accepted_um, "effective_um": effective_um}
             if abs(effective_um - accepted_um) > tolerance_um + FOLLOWS_S * rate_um_per_s:
                 yield "no_effect", name, acting
+        touched = status.touches.get(name, OutputTouches())
+        if touched.void:
+            yield "touch_void", name, of
+        elif touched.again:
+            yield "touch_excluded", name, {**of, "value_um": touched.value_um or 0.0}
         if status.enabled and output.at_limit[i]:
             yield "limit", name, {**of, "largest_um": limits.largest_um}
         elif abs(correction_um) > limits.soft_um:

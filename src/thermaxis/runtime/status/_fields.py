@@ -20,7 +20,12 @@ from thermaxis.codes import Message, value_as_json, values_as_json
 from thermaxis.compensation import Outcome, SampleQuality, SupervisorState
 from thermaxis.messages import as_sentence, sentence, sentence_of
 from thermaxis.runtime._ports import NOT_READ
-from thermaxis.runtime.status._status import Alarm, OutputOffsets, RuntimeStatus
+from thermaxis.runtime.status._status import (
+    Alarm,
+    OutputOffsets,
+    OutputTouches,
+    RuntimeStatus,
+)
 
 STATE_NUMBERS = {
     SupervisorState.OFF: 0,
@@ -185,9 +190,13 @@ def _sources_um(status: RuntimeStatus, owner: Owner) -> dict[str, float]:
 
 
 def _rest_um(status: RuntimeStatus, owner: Owner) -> float:
-    """Return what is left of the correction without sources and trim."""
+    """Return what is left of the correction without sources, trim and touches."""
     output, k = status.output, owner.number
-    shares_um = (*_sources_um(status, owner).values(), output.trim_um[k])
+    shares_um = (
+        *_sources_um(status, owner).values(),
+        output.trim_um[k],
+        *output.offset_um[k : k + 1],
+    )
     return output.correction_um[k] - math.fsum(shares_um)
 
 
@@ -349,6 +358,23 @@ _OF_AN_OUTPUT = (
        "Who set the trim; empty without one."),
     _F("TrimLeft", "trim_left_s", "", _K.NUMBER, "s", "trim_left_s.*",
        "Time until the trim expires; 0 without one."),
+    _F("Offset", "offset_um", "offset_micrometres", _K.NUMBER, "µm", "touches.*.offset_um",
+       "What touches of a probe add; no value where none are looked at.", missing=NONE_STATED),
+    _F("OffsetKnown", "offset_known_um", "offset_known_micrometres", _K.NUMBER, "µm",
+       "touches.*.known_um", "Displacement that the model lacks, as touches show it; no value"
+       " before one was believed.", missing=NONE_STATED),
+    _F("OffsetStd", "offset_std_um", "offset_std_micrometres", _K.NUMBER, "µm", "touches.*.std_um",
+       "Standard uncertainty of the tool point, as it grows since the last touch.",
+       missing=NONE_STATED),
+    _F("OffsetVoid", "offset_void", "offset_void", _K.FLAG, "", "touches.*.void",
+       "Whether touches do not see the correction: their offset is off until an Acknowledge.",
+       prompt=True),
+    _F("Touch", "touch_um", "", _K.NUMBER, "µm", "touches.*.value_um",
+       "What the last touch showed.", missing=NONE_STATED),
+    _F("TouchOutcome", "touch_outcome", "", _K.TEXT, "", "touches.*.outcome",
+       "What became of it, a code; empty before the first.", prompt=True),
+    _F("TouchTime", "touch_time", "touch_time_seconds", _K.TIME, "", "touches.*.touched",
+       "When it was judged.", missing=NONE_STATED),
     _F("Parts", "", "", _K.NUMBERS, "µm", _of_model("contribution_um"),
        "What every part of the model contributes."),
     _F("PartNames", "", "", _K.TEXTS, "", "facts.*.parts",
@@ -359,7 +385,8 @@ _OF_AN_OUTPUT = (
     _F("", "sources_um", "", _K.TABLE, "µm", _sources_um,
        "Share of each part in the correction: minus what it contributes, weighted."),
     _F("", "rest_um", "", _K.NUMBER, "µm", _rest_um,
-       "What sources and trim lack of the correction: held back or added by limits and states."),
+       "What sources, trim and touches lack of the correction: held back or added by limits and"
+       " states."),
     _F("Limit", "limits/largest_um", "", _K.NUMBER, "µm", "facts.*.limits.largest_um",
        "Output limit of the correction.", missing=NONE_STATED),
     _F("SoftLimit", "limits/soft_um", "", _K.NUMBER, "µm", "facts.*.limits.soft_um",
@@ -413,6 +440,7 @@ FIELDS: Final = Fields()
 _ABSENT: Final[Mapping[str, object]] = {
     "samples": NOT_READ,
     "offsets": OutputOffsets(),
+    "touches": OutputTouches(),
     "trim_owner": "",
     "trim_left_s": 0.0,
 }

@@ -77,6 +77,27 @@ class OutputOffsets(NamedTuple):
     """Whether the machine is asked for what acts."""
 
 
+class OutputTouches(NamedTuple):
+    """What is known of the touches at one output, and what they do."""
+
+    offset_um: float | None = None
+    """What they add to the correction; None where none are looked at. [µm]"""
+    known_um: float | None = None
+    """Displacement that the model lacks, as they show it; None where none was believed. [µm]"""
+    std_um: float | None = None
+    """Standard uncertainty of the tool point. [µm]"""
+    outcome: str = ""
+    """What became of the last one; empty before the first."""
+    value_um: float | None = None
+    """What it showed. [µm]"""
+    touched: datetime | None = None
+    """Time of the cycle that judged it, aware, in UTC."""
+    again: bool = False
+    """Whether it was excluded, so that a second one is wanted."""
+    void: bool = False
+    """Whether touches do not see the correction: the offset stays off until an Acknowledge."""
+
+
 class OutputFacts(NamedTuple):
     """What does not change with the cycle: limits and parts of one output."""
 
@@ -166,6 +187,8 @@ class RuntimeStatus:
     """Limits and parts by output."""
     offsets: Mapping[str, OutputOffsets] = field(default_factory=dict[str, OutputOffsets])
     """Commanded, accepted and effective offset of every output, each with its age."""
+    touches: Mapping[str, OutputTouches] = field(default_factory=dict[str, OutputTouches])
+    """What is known of touches, by the outputs at which they are looked at."""
     interlocks: Mapping[str, bool | None] = field(default_factory=dict[str, bool | None])
     """Whether each interlock is met, by its name; None where that could not be read."""
     held_by: str = ""

@@ -23,6 +23,7 @@ EVENT_KINDS: Final = (
     "alarm",
     "commission",
     "loss",
+    "touch",
 )
 """Kinds of events."""
 MARKED: Final = ("state", "request", "alarm")

@@ -1,0 +1,362 @@
+"""Touches in the loop: each number is taken once, at its time, and the laws hold with them."""
+
+import json
+from asyncio import Event, TaskGroup, sleep
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.unit.runtime.machine_files import machine_file
+from tests.unit.runtime.simulated import (
+    FLAGS,
+    GOAL_UM,
+    Rig,
+    SimulatedHistorian,
+    SimulatedMachine,
+    SimulatedSource,
+    alarms_of,
+    ask,
+    enabled_for,
+)
+from thermaxis.cli.machine._machine_parts import (
+    build_parts,
+    loop_settings,
+    nodes_read,
+    probes_read,
+)
+from thermaxis.compensation import Limits, RequestKind, TouchRules
+from thermaxis.runtime import (
+    DATUM,
+    CompensationLoop,
+    MachineConfiguration,
+    RuntimeStatus,
+    SourceSample,
+    StateFile,
+    SystemClock,
+    counter_name,
+    examine_machine,
+    probe_name,
+    read_machine,
+)
+from thermaxis.runtime.history import Columns
+from thermaxis.runtime.status import OutputTouches, as_json
+
+VIRTUAL_TIME = True
+PROBE, COUNTER = probe_name("Z_um"), counter_name("Z_um")
+LACKS_UM = 4.0
+"""What the model lacks of the displacement. [µm]"""
+RULES = TouchRules(limits=Limits(8.0, 0.1), acts=True)
+
+
+class Probing(SimulatedMachine):
+    """A machine whose probing cycle leaves value and counter."""
+
+    def __init__(self, counter: float = 7.0) -> None:
+        super().__init__({"s": 23.0, "c": 20.0, **FLAGS, PROBE: 0.0, COUNTER: counter})
+        self.sees = 1.0
+        self.age_s = 0.0
+
+    def touch(self, wrong_um: float = 0.0) -> None:
+        self.values[PROBE] = -GOAL_UM + LACKS_UM + self.sees * self.z_um + wrong_um
+        self.values[COUNTER] += 1.0
+
+
+class Stamped(SimulatedSource):
+    """Tells how long ago the counter rose."""
+
+    async def read(self, deadline_s: float) -> Mapping[str, SourceSample]:
+        found = await super().read(deadline_s)
+        return {**found, COUNTER: found[COUNTER]._replace(age_s=self.machine.age_s)}
+
+
+class Bench(Rig):
+    """A rig with a probing cycle."""
+
+    def __init__(self, rules: TouchRules = RULES, counter: float = 7.0) -> None:
+        super().__init__(machine=Probing(counter), touches=rules)
+
+    @property
+    def outcomes(self) -> list[str]:
+        return [str(e.values["outcome"]) for e in self.said("touch")]
+
+    async def touched(self, wait_s: float = 5.0, wrong_um: float = 0.0) -> None:
+        self.machine.touch(wrong_um)
+        await sleep(wait_s)
+
+
+def touches_of(loop: CompensationLoop) -> OutputTouches:
+    assert loop.status is not None
+    return loop.status.touches["Z_um"]
+
+
+# ---- taken once ----------------------------------------------------------------------------------
+
+
+async def test_a_touch_brings_the_correction_to_what_the_model_lacks() -> None:
+    bench = Bench()
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+        assert bench.machine.z_um == GOAL_UM
+        for _ in range(5):
+            await bench.touched(100.0)
+        assert bench.outcomes == ["believed"] * 5
+        assert bench.machine.z_um == pytest.approx(GOAL_UM - LACKS_UM, abs=0.1)
+        told = touches_of(loop)
+        assert told.offset_um == pytest.approx(-LACKS_UM, abs=0.1)
+        assert told.known_um == pytest.approx(LACKS_UM, abs=0.1)
+        assert told.std_um is not None
+        assert told.std_um < 1.0
+    bench.assert_law(late_cycles=1.0)
+
+
+async def test_each_number_is_taken_once_and_neither_the_first_nor_one_that_falls() -> None:
+    bench = Bench()
+    async with bench.running() as loop:
+        await enabled_for(loop, 100.0)
+        assert bench.outcomes == []  # the number that stood there was no touch
+        await bench.touched(60.0)
+        bench.machine.lose()
+        await sleep(10.0)
+        bench.machine.come_back()
+        await sleep(60.0)
+        assert bench.outcomes == ["believed"]
+        bench.machine.values |= {PROBE: 0.0, COUNTER: 0.0}  # a control that was started anew
+        await sleep(10.0)
+        assert bench.outcomes == ["believed"]
+        await bench.touched()
+        assert bench.outcomes == ["believed"] * 2
+    before = len(bench.outcomes)
+    async with bench.running():
+        await sleep(30.0)
+    assert len(bench.outcomes) == before
+
+
+@pytest.mark.parametrize("count", [None, float("nan"), float("inf"), 8.5, -3.0])
+async def test_what_is_no_number_of_a_touch_is_none(count: float | None) -> None:
+    bench = Bench()
+    async with bench.running() as loop:
+        await enabled_for(loop, 60.0)
+        bench.machine.values[COUNTER] = count
+        await sleep(5.0)
+        assert bench.outcomes == []
+
+
+async def test_a_counter_that_a_server_tells_before_its_value_waits_for_the_next_look() -> None:
+    bench = Bench()
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+        value_um, bench.machine.values[PROBE] = -GOAL_UM + LACKS_UM + GOAL_UM, -30.0
+        bench.machine.values[COUNTER] += 1.0
+        await sleep(1.0)
+        bench.machine.values[PROBE] = value_um
+        await sleep(5.0)
+        assert touches_of(loop).value_um == LACKS_UM
+
+
+# ---- at its time ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("age_s", "outcome"), [(20.0, "believed"), (500.0, "untimely")])
+async def test_a_touch_refers_to_the_correction_in_force_when_its_counter_rose(
+    age_s: float, outcome: str
+) -> None:
+    bench = Bench()
+    machine = bench.machine
+    async with bench.running(Stamped(machine)) as loop:
+        await enabled_for(loop, 30.0)
+        seen_um = machine.z_um
+        await sleep(age_s)  # meanwhile it moves on by some micrometres
+        machine.age_s, machine.values[PROBE] = age_s, -GOAL_UM + LACKS_UM + seen_um
+        machine.values[COUNTER] += 1.0
+        await sleep(2.0)
+        assert bench.outcomes == [outcome]
+        if outcome == "believed":
+            assert machine.z_um - seen_um < -3.0
+            assert touches_of(loop).known_um == pytest.approx(LACKS_UM * 25.0 / 26.0, abs=0.6)
+
+
+# ---- laws, and what ends it ----------------------------------------------------------------------
+
+
+async def test_without_acts_it_is_shown_and_changes_no_bit_of_what_is_written() -> None:
+    silent, shown = Rig(), Bench(replace(RULES, acts=False))
+    for bench in (silent, shown):
+        async with bench.running() as loop:
+            await enabled_for(loop, 100.0)
+            if bench is shown:
+                await shown.touched(50.0)
+                assert touches_of(loop).known_um == pytest.approx(LACKS_UM, abs=0.5)
+                assert touches_of(loop).offset_um == 0.0
+            else:
+                await sleep(50.0)
+    assert repr(silent.machine.written) == repr(shown.machine.written)
+
+
+async def test_a_chip_moves_nothing_and_raises_an_alarm_until_a_touch_agrees() -> None:
+    bench = Bench()
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+        await bench.touched(60.0)
+        stood_um = bench.machine.z_um
+        await bench.touched(20.0, wrong_um=50.0)
+        assert bench.machine.z_um == stood_um
+        assert "touch_excluded" in alarms_of(loop)
+        await bench.touched(20.0)
+        assert "touch_excluded" not in alarms_of(loop)
+        assert bench.outcomes == ["believed", "excluded", "believed"]
+
+
+async def test_a_wrong_sign_takes_the_offset_away_until_somebody_acknowledges() -> None:
+    bench = Bench(replace(RULES, limits=Limits(20.0, 0.4), start_um=20.0, noise_um=0.2))
+    bench.machine.sees = -1.0
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+        for _ in range(12):
+            await bench.touched(30.0)
+            if touches_of(loop).void:
+                break
+        assert "touch_void" in alarms_of(loop)
+        await sleep(100.0)
+        assert bench.machine.z_um == pytest.approx(GOAL_UM)
+        assert await ask(loop, RequestKind.ACKNOWLEDGE)
+        await sleep(3.0)
+        assert "touch_void" not in alarms_of(loop)
+    bench.assert_law(late_cycles=1.0)
+
+
+@pytest.mark.parametrize("by", ["node", "request"])
+async def test_a_datum_that_is_set_anew_makes_the_offset_leave_at_its_rate(by: str) -> None:
+    bench = Bench()
+    bench.machine.values[DATUM] = 3.0
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+        await bench.touched(60.0)
+        assert bench.machine.z_um == pytest.approx(GOAL_UM - LACKS_UM, abs=0.5)
+        if by == "node":
+            bench.machine.values[DATUM] = 4.0
+        else:
+            assert await ask(loop, RequestKind.DATUM)
+        await sleep(10.0)
+        assert touches_of(loop).known_um is None
+        await sleep(60.0)
+        assert bench.machine.z_um == pytest.approx(GOAL_UM)
+    bench.assert_law(late_cycles=1.0)
+    assert [e.details["kind"] for e in bench.said("request")].count("datum") == 1
+
+
+async def test_where_nothing_is_touched_nobody_can_say_that_a_datum_was_set() -> None:
+    async with Rig().running() as loop:
+        assert not await ask(loop, RequestKind.DATUM)
+
+
+async def test_a_restart_forgets_what_touches_have_taught(tmp_path: Path) -> None:
+    bench = Bench()
+    bench.file = StateFile(tmp_path / "state.json")
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+        await bench.touched(60.0)
+    bench.machine.come_back()
+    async with bench.running() as loop:
+        await sleep(30.0)
+        assert touches_of(loop) == OutputTouches(0.0, None, RULES.start_um)
+
+
+# ---- told and recorded ---------------------------------------------------------------------------
+
+
+async def test_status_and_history_hold_the_offset_apart_from_trim_and_model() -> None:
+    bench = Bench()
+    statuses: list[RuntimeStatus] = []
+    async with bench.running() as loop:
+        loop.listeners.append(statuses.append)
+        await enabled_for(loop, 200.0)
+        await bench.touched(60.0)
+        told = json.loads(as_json(statuses[-1]))["outputs"]["Z_um"]
+        assert told["offset_um"] == pytest.approx(-LACKS_UM * 25.0 / 26.0, abs=0.1)
+        assert told["touch_outcome"] == "believed"
+        shares = (*told["sources_um"].values(), told["trim_um"], told["offset_um"])
+        assert told["correction_um"] == pytest.approx(sum(shares), abs=0.01)
+        assert told["rest_um"] == pytest.approx(0.0, abs=0.01)
+    columns = Columns()
+    columns.outputs = ("Z_um",)
+    rows = [columns.row_of(record).values() for record in bench.historian.records]
+    (touched,) = [row for row in rows if row["Z_touch"]]
+    assert (touched["Z_touch"], touched["probe_Z_um"]) == ("believed", LACKS_UM)
+    assert [row["probe_Z_um"] for row in rows if row is not touched] == [None] * (len(rows) - 1)
+    assert min(row["Z_offset_um"] for row in rows) == pytest.approx(-LACKS_UM, abs=0.2)
+    assert rows[-1]["Z_offset_std_um"] == pytest.approx(1.0, abs=0.1)
+    assert {row["Z_trim_um"] for row in rows} == {0.0}
+
+
+# ---- configured ----------------------------------------------------------------------------------
+
+TABLE = """\
+[probe.Z_um]
+node = "ns=2;s=Touch"
+unit = "mm"
+counter_node = "ns=2;s=Touches"
+largest_um = 10.0
+largest_rate_um_per_s = 0.05
+"""
+
+
+def configured(folder: Path, table: str = TABLE, *changes: tuple[str, str]) -> Path:
+    (folder / "history").mkdir(exist_ok=True)
+    path = machine_file(folder, *changes)
+    path.write_text(f"{path.read_text('utf-8')}\n{table}", encoding="utf-8")
+    return path
+
+
+def test_a_table_makes_the_rules_and_reads_the_counter_before_its_value(tmp_path: Path) -> None:
+    source = 'connection = "control"\ndatum_node = "ns=2;s=Datum"\n\n[sink]'
+    path = configured(tmp_path, TABLE, ('connection = "control"\n\n[sink]', source))
+    found = read_machine(path)
+    assert found.compensation.touches == {"Z_um": TouchRules(limits=Limits(10.0, 0.05))}
+    assert [(name, one.node) for name, one in probes_read(found).items()] == [
+        (COUNTER, "ns=2;s=Touches"),
+        (PROBE, "ns=2;s=Touch"),
+    ]
+    assert nodes_read(found)[DATUM].node == "ns=2;s=Datum"
+
+
+def test_what_cannot_be_touched_is_said(tmp_path: Path) -> None:
+    rate, largest = "largest_rate_um_per_s = 0.05\n", "largest_um = 10.0\n"
+    for table, key, code in (
+        (TABLE.replace(rate, ""), "probe.Z_um", "key_needed_here"),
+        (TABLE.replace(largest, ""), "probe.Z_um", "key_needed_here"),
+        (TABLE.replace('node = "ns=2;s=Touch"\n', "", 1), "probe.Z_um", "key_needed_here"),
+        (TABLE.replace('unit = "mm"\n', ""), "probe.Z_um", "key_needed_here"),
+        (TABLE.replace("10.0", "101.0"), "probe.Z_um.largest_um", "outside_range"),
+        (TABLE.replace("10.0", "0.0"), "probe.Z_um.largest_um", "not_above_bound"),
+        (f"{TABLE}noise_um = 0.0\n", "probe.Z_um.noise_um", "outside_range"),
+        (TABLE.replace("s=Touches", "s=Touch"), "probe.Z_um.counter_node", "node_twice"),
+    ):
+        found = examine_machine(configured(tmp_path, table))
+        assert not isinstance(found, MachineConfiguration), table
+        assert {(one.place.key, one.code) for one in found} == {(key, f"error-{code}")}, table
+
+
+async def test_a_replay_touches_where_the_log_has_a_value(tmp_path: Path) -> None:
+    # a ramp of 0.01 K/s is 6.39 um by the model after 300 s, and the log lacks 6 um more
+    rows = [f"{t},{22 + 0.01 * t},20,{'12.39' if t in (300, 301) else ''}" for t in range(400)]
+    text = "\n".join(["time_s,T_spindle_C,T_column_C,Z_um", *rows])
+    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
+    replay = '[source]\nkind = "replay"\nas_fast_as_possible = true\nlog = "log.csv"'
+    changes = (
+        ('[source]\nkind = "opcua"\nconnection = "control"', replay),
+        ('[sink]\nkind = "opcua"', '[sink]\nkind = "dry"'),
+    )
+    found = read_machine(configured(tmp_path, TABLE, *changes))
+    historian = SimulatedHistorian()
+    ports = build_parts(found, SystemClock(), historian).ports
+    loop = CompensationLoop(found.compensation, loop_settings(found), ports)
+    async with TaskGroup() as group:
+        running = group.create_task(loop.run(Event()))
+        await enabled_for(loop, 0.0)
+        await running
+    touches = [event for event in historian.events if event.kind == "touch"]
+    assert [one.values["outcome"] for one in touches] == ["believed"] * 2
+    assert touches_of(loop).known_um == pytest.approx(6.0, abs=0.3)
+    assert touches_of(loop).value_um == pytest.approx(6.0, abs=0.2)  # the log's was not corrected
