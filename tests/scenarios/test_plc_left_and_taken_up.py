@@ -22,6 +22,7 @@ from thermaxis.compensation import (
     Part,
     SampleQuality,
     Section,
+    SensorRules,
     SupervisorState,
 )
 from thermaxis.plc import Block, export_settings
@@ -125,12 +126,70 @@ def test_without_a_first_scan_it_finds_the_gap_itself_as_the_cycle_does(
     assert rig.offset_um == pytest.approx(-2.6)
 
 
+LAG = Part("s", "s", "", 0.0, (Section(15.0, HOUR_S),))
+JUMPS = SensorRules(lowest_c=1.0, highest_c=60.0, step_k=1.0)
+
+
+def risen_um(seconds: float, from_um: float = 0.0, to_um: float = 49.5) -> float:
+    """Return what the lag says so long after a step of its input. [um]"""
+    return to_um + (from_um - to_um) * math.exp(-seconds / HOUR_S)
+
+
 @both
-def test_a_shorter_time_without_a_call_is_no_gap_and_advances_nothing(language: str) -> None:
-    rig = weekend(language)
-    said = rig.step(cycle_time_s=HOUR_S)
-    assert said.outcome_word == CLOCK
-    assert said.wanted_z_um == pytest.approx(-112.5)
+def test_a_call_that_comes_very_late_is_made_up_for_and_nothing_has_settled_until_then(
+    language: str,
+) -> None:
+    rig = Rig(bench.lathe(LIMITS, LAG, longest_gap_s=HOUR_S), 0.0, language)
+    rig.warmth_k = 3.3
+    rig.steps(1 + 600)
+    said = rig.step(cycle_time_s=3000.0)
+    assert (said.outcome_word, said.settled) == (CLOCK, False)
+    assert said.model_z_um == pytest.approx(risen_um(600.0))
+    calls = 0
+    while rig.step().outcome_word == CLOCK:
+        calls += 1
+        assert (said.state, said.settled) == (ACTIVE, False)
+    assert calls == 3000 // 9, "nine cycles more than one in a call"
+    assert said.model_z_um == pytest.approx(risen_um(600.0 + 3000.0 + calls + 1))
+    rig.until_settled()
+    assert said.state == ACTIVE
+
+
+@both
+def test_after_a_jump_in_a_late_call_the_time_is_made_up_for_once_the_value_is_believed(
+    language: str,
+) -> None:
+    rig = Rig(bench.lathe(LIMITS, LAG, longest_gap_s=HOUR_S, sensor=JUMPS), 0.0, language)
+    for _ in range(66):
+        rig.warmth_k += 0.1
+        rig.step()
+    rig.steps(6 * 3600)
+    warm_um = rig.block.model_z_um
+    rig.warmth_k = -2.9
+    said = rig.step(cycle_time_s=3000.0)
+    rig.steps(60)
+    assert said.model_z_um == pytest.approx(warm_um, abs=0.5), "nothing is believed"
+    rig.step(reset=True)
+    calls = 0
+    while rig.step().outcome_word == CLOCK:
+        calls += 1
+        assert not said.settled
+    cold_um = risen_um(3000.0 + calls, warm_um, -43.5)
+    assert said.model_z_um == pytest.approx(cold_um, abs=0.5), "but for nine cycles before"
+
+
+@both
+def test_a_task_of_which_every_third_call_is_late_leaves_the_model_no_cycle_behind(
+    language: str,
+) -> None:
+    rig = Rig(bench.lathe(LIMITS, LAG, longest_gap_s=HOUR_S), 0.0, language)
+    rig.warmth_k = 3.3
+    rig.step()
+    for _ in range(300):
+        rig.steps(2)
+        rig.step(cycle_time_s=1.15)
+    rig.step()
+    assert rig.block.model_z_um == pytest.approx(risen_um(946.0), abs=risen_um(1.0))
 
 
 @both

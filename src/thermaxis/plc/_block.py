@@ -210,7 +210,7 @@ class Block:
             "states": list(SupervisorState),
             "reasons": list(Reason),
             "outcomes": list(Outcome),
-            "not_in_time": "the call did not come in time or its time is no number",
+            "not_in_time": "the call did not come in time or time of such calls is still owed",
             "qualities": list(SampleQuality),
             "never": NEVER_OUTCOMES | NEVER_QUALITIES,
         }

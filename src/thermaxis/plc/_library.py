@@ -13,7 +13,7 @@ LIBRARY = "thermaxis_lib"
 """Name of the library, and of its files."""
 SINUMERIK = "thermaxis_sinumerik"
 """Name of the library for one offset of a SINUMERIK, and of its file."""
-LIBRARY_VERSION = 2
+LIBRARY_VERSION = 3
 """Version of the library that model blocks are made for; a block refuses to run with another."""
 
 StFlavour: TypeAlias = Literal["iec", "twincat", "codesys"]

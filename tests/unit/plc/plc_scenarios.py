@@ -203,7 +203,7 @@ class MoodPlant:
         told: dict[str, Any] = {"cycle_time_s": settings.cycle_s * rng.uniform(0.92, 1.08)}
         if self.mood("late", 0.01, 0.5) and not calm:
             told["cycle_time_s"] = settings.cycle_s * rng.choice(
-                (0.89, 1.11, 0.0, math.nan, 1e30, 1e4)
+                (0.89, 1.11, 37.5, 0.0, math.nan, 1e30, 1e4)
             )
         for name, begin, end in (("enable", 0.15, 0.01), ("hold", 0.02, 0.15)):
             if rng.random() < (end if self.level[name] else begin) and not (

@@ -22,6 +22,9 @@ _WORDS = {
     "ELSIF": "} else if (",
     "ELSE": "} else {",
     "END_IF": "}",
+    "WHILE": "while (",
+    "DO": ") {",
+    "END_FOR": "}",
     "AND": "&",
     "OR": "|",
     "NOT": "!",
@@ -143,6 +146,8 @@ def _statements(body: str, declared: list[Declared], names: dict[str, str], numb
         return "".join(f"{instance}.{v.strip()}; " for v in values) + f"{_CALL[0]} {instance};"
 
     body = re.sub(r"^\s*(\w+)\(([^;]*:=[^;]*)\);", called, body, flags=re.MULTILINE)
+    loop = r"\1 := \2 - 1; WHILE \1 < \3 DO \1 := \1 + 1;"
+    body = re.sub(r"FOR (\w+) := (\d+) TO ([\w.]+) DO", loop, body)
     words: list[str] = []
     for token in _TOKEN.findall(body):
         before = words[-1] if words else ""

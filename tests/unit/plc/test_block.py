@@ -212,7 +212,7 @@ def test_the_block_has_the_inputs_and_outputs_that_the_interface_names() -> None
         "heartbeat",
     ]  # fmt: skip
     assert [(v.name, v.start) for v in face.identity] == [
-        ("library_version", 2.0), ("model_id_1", float(0xABC)), ("model_id_2", float(0xDEF)),
+        ("library_version", 3.0), ("model_id_1", float(0xABC)), ("model_id_2", float(0xDEF)),
     ]  # fmt: skip
 
 
@@ -877,6 +877,25 @@ def fading_late() -> Stated:
     return slow_settings(), rows, [25.0]
 
 
+def made_up_for() -> Stated:
+    """Calls come too late, also while a temperature is lost, for longer than a gap together."""
+    settings = slow_settings()
+    model = replace(settings.compensation.model, longest_gap_s=100.0)
+    lost: dict[str, Any] = {"ok_spindle": False}
+    rows: list[dict[str, Any]] = [*[{}] * 20, *[{"cycle_time_s": 46.5}, *[{}] * 8] * 2]
+    rows += [{"cycle_time_s": 25.0}, *[lost] * 3, {}, *[lost] * 2, *[{}] * 5]
+    rows += [*[{"cycle_time_s": 0.5}] * 5, *[{}] * 3, *[{"cycle_time_s": 60.0}] * 2, *[{}] * 15]
+    rows += [{"cycle_time_s": 100.0}, {}, {"cycle_time_s": 101.0}, *[{}] * 5]
+    rows += [{"cycle_time_s": 30.0}, {"init": True, "enable": False}, *[{}] * 10]
+    changed = replace(settings.compensation, model=model)
+    warm = [{"t_spindle": 20.0 + 0.05 * call} | row for call, row in enumerate(rows)]
+    return replace(settings, compensation=changed), warm, [20.0]
+
+
+def test_the_time_of_late_calls_is_made_up_for_as_the_reference_does() -> None:
+    side_by_side(*made_up_for())
+
+
 def test_a_call_that_comes_too_late_goes_on_towards_zero_alone() -> None:
     said = side_by_side(*fading_late())
     moved_um = [round(b.correction_um[0] - a.correction_um[0], 9) for a, b in pairwise(said)]
@@ -949,6 +968,7 @@ def every_stated() -> list[Stated]:
         begun_anew(),
         called_after_gaps(),
         fading_late(),
+        made_up_for(),
         resting(),
         acknowledged_with_every_request(),
         late_while_fading(),

@@ -19,6 +19,7 @@ static const tx_number largest_gap_s = (tx_number)1.0E+09;
 static const tx_number witness_s = 3600.0F; /* average of a witness */
 static const tx_number longest_rest = 6.0F; /* times frozen_s, beside a witness */
 static const tx_number largest_unseen_k = 1.0E+06F;
+static const int most_steps = 10; /* cycles of the model in a call */
 static const tx_number largest_diameter_mm = 1.0E+05F;
 
 static tx_number limited(tx_number value, tx_number largest)
@@ -322,7 +323,8 @@ void tx_sensor_step(tx_sensor sensors[], const tx_sensor_rules sensor_rules[], i
     }
 }
 
-void tx_model_state_step(tx_model_state *model, const tx_begin *begin, bool held, bool failed)
+void tx_model_state_step(tx_model_state *model, const tx_begin *begin, const tx_clock_rules *rules,
+                         tx_number cycle_time_s, bool held, bool failed)
 {
     const bool clock_ok = begin->clock_ok;
     const bool anew = clock_ok && (begin->gap || !model->runs);
@@ -333,13 +335,32 @@ void tx_model_state_step(tx_model_state *model, const tx_begin *begin, bool held
     model->runs = model->started || (model->runs && !anew);
     model->advance = clock_ok && model->runs;
     model->steady = !anew;
+    model->steps = 1;
     model->outcome_word = 0;
     if (!clock_ok) {
+        if (cycle_time_s > zero) {
+            model->behind_s = model->behind_s + cycle_time_s;
+            model->behind_s = limited(model->behind_s, rules->gap_s);
+        }
         model->outcome_word = TX_CLOCK_UNUSABLE;
     } else if (!model->runs) {
         model->outcome_word = TX_WAITING;
     } else if (model->started) {
         model->outcome_word = model->at_rest ? TX_STARTED : TX_GAP;
+        model->behind_s = zero;
+    }
+    if (model->advance) {
+        for (int turn = 1; turn < most_steps; turn++) {
+            if (model->whole && model->behind_s >= rules->cycle_s) {
+                model->behind_s = model->behind_s - rules->cycle_s;
+                model->steps++;
+            }
+        }
+        model->behind = model->behind_s >= rules->cycle_s;
+        if (model->behind) {
+            model->outcome_word |= TX_CLOCK_UNUSABLE;
+        }
+        model->whole = !held;
     }
     if (failed) {
         model->outcome_word |= TX_INPUT_FAILED;

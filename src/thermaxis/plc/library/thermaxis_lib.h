@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define TX_LIBRARY_VERSION 2
+#define TX_LIBRARY_VERSION 3
 #define TX_REAL 0 /* 1: numbers are float */
 
 #ifdef __cplusplus
@@ -204,7 +204,9 @@ void tx_sensor_step(tx_sensor sensors[], const tx_sensor_rules rules[], int k,
                     const tx_begin *begin, tx_number longest_hold_s, tx_number value_c, bool is_ok);
 
 /* Whether the model advances in this call: it waits until every temperature is there, starts, and
- * goes on with held temperatures; after a gap it starts anew at its steady state. */
+ * goes on with held temperatures; after a gap it starts anew at its steady state. The time of
+ * calls that advance nothing is owed: while every temperature is read, at most ten cycles of the
+ * model pass in a call until it is made up for. */
 typedef struct {
     bool runs; /* it has started */
     bool advance; /* it advances in this call */
@@ -213,11 +215,16 @@ typedef struct {
     bool refers; /* it starts for the first time: these are its references */
     bool referred; /* it has its references */
     bool steady; /* it neither waits nor starts in this call */
+    bool behind; /* a cycle or more is still owed */
+    bool whole; /* every temperature was read when it advanced last */
+    int16_t steps; /* so many cycles it advances */
     int16_t quality;
     int16_t outcome_word;
+    tx_number behind_s; /* time that is owed */
 } tx_model_state;
 
-void tx_model_state_step(tx_model_state *model, const tx_begin *begin, bool held, bool failed);
+void tx_model_state_step(tx_model_state *model, const tx_begin *begin, const tx_clock_rules *rules,
+                         tx_number cycle_time_s, bool held, bool failed);
 
 /* What the model asks for: minus the displacement, weighted less outside the range of its
  * training, within the output limit. */

@@ -15,6 +15,7 @@ from thermaxis.compensation import (
     Outcome,
     Provenance,
     Quality,
+    Reading,
     Reason,
     Request,
     RequestKind,
@@ -24,6 +25,8 @@ from thermaxis.compensation import (
     cycle,
     cycle_state,
     limit_step,
+    model_step,
+    shifted,
 )
 from thermaxis.plc._block import LARGEST_READ, UNREAD_UM
 from thermaxis.plc._interface import Kind, interface_of
@@ -45,6 +48,7 @@ _BY_OUTPUT = {
 _RISING = "rising"
 _CALLS = 32_768
 _LARGEST_GAP_S = 1e9
+_MOST_STEPS = 10
 _ENUMERATIONS = (SupervisorState, Reason, Outcome, SampleQuality, Quality)
 _RATE_SHARE, _BAND_SHARE, _APART_UM = 2e-5, 2e-4, 0.02
 # By member, not by its word: two enumerations may share one.
@@ -109,7 +113,7 @@ class CycleBlock:
         count = len(self.settings.names.outputs)
         self._state = cycle_state(self.settings.compensation)
         self._good_calls = self._calls = 0
-        self._gaps_s = 0.0
+        self._gaps_s = self._behind_s = 0.0
         self._waiting, self._linked = True, False
         self._levels = (False, False, False)
         self._trims: _Floats = (0.0,) * count
@@ -193,6 +197,12 @@ class CycleBlock:
             # After a gap the block moves by no more than in any other call.
             share = 1.0 / LONGEST_STEP_CYCLES
             compensation = _with_limits(compensation, "largest_rate_um_per_s", share)
+            self._behind_s = 0.0
+        elif in_time:
+            self._make_up()
+        elif cycle_time_s > 0.0:
+            owed_s = rounded(self._behind_s + cycle_time_s, double=settings.double)
+            self._behind_s = min(owed_s, compensation.model.longest_gap_s)
         self._good_calls += in_time
         time_s = settings.cycle_s * self._good_calls + self._gaps_s
         read_um = tuple(told[name] for name in self._names["read"])
@@ -228,6 +238,23 @@ class CycleBlock:
         self._before, self.cycle_output = output.before_um, output
         return self._as_block(output)
 
+    def _make_up(self) -> None:
+        """Advance the model by cycles that are owed, with the inputs that acted last."""
+        thermal, cycle_s, steps = self._state.thermal, self.settings.cycle_s, 1
+        time_s, model = thermal.time_s, self.settings.compensation.model
+        if time_s is None:  # it starts
+            self._behind_s = 0.0
+            return
+        whole = all(good_s == time_s for good_s in thermal.good_s)
+        while whole and self._behind_s >= cycle_s and steps < _MOST_STEPS:
+            self._behind_s = rounded(self._behind_s - cycle_s, double=self.settings.double)
+            values = dict(zip(model.channels, thermal.value, strict=True))
+            thermal, _ = model_step(model, thermal, Reading(time_s + steps * cycle_s, values))
+            steps += 1
+        # To everything else no time has passed.
+        made_up = shifted(self._state._replace(thermal=thermal), (1 - steps) * cycle_s)
+        self._state = self._state._replace(thermal=made_up.thermal)
+
     def _requests(self, told: Mapping[str, Any]) -> Iterator[Request]:
         reset, enable, hold = self._levels
         self._levels = told["reset"], told["enable"], told["hold"]
@@ -250,16 +277,18 @@ class CycleBlock:
 
     def _as_block(self, output: CycleOutput) -> dict[str, Any]:
         memory = self._state.memory
+        behind = self._behind_s >= self.settings.cycle_s
+        outcomes = {*output.outcomes, *([Outcome.CLOCK_UNUSABLE] if behind else [])}
         said: dict[str, Any] = {
             "state": _PLACES[id(output.state)],
             "enabled": memory.enabled,
             "held": memory.held,
             "linked": self._linked,
-            "settled": output.settled,
+            "settled": output.settled and not behind,
             "standing": self._standing(output),
             "fault_word": sum(2 ** _PLACES[id(reason)] for reason in output.reasons),
             "model_quality": _PLACES[id(output.quality)],
-            "outcome_word": sum(2 ** _PLACES[id(outcome)] for outcome in output.outcomes),
+            "outcome_word": sum(2 ** _PLACES[id(outcome)] for outcome in outcomes),
             "refused": any(map(_refused, output.answers)),
             "heartbeat": self._calls % _CALLS,
         }
