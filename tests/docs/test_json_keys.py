@@ -258,7 +258,7 @@ def write_machine(example: Path, folder: Path, found: dict[str, set[str]]) -> No
     path.write_text(text.replace("largest_um", "largest"), encoding="utf-8")
     keys_written(["check", str(path), *json_words], "check", found, code=2)
     proof = StepProof("Z_um", 10.0, 0.0, 10.0, None, 10.1, 0.1, Message("event-step_proven"))
-    keys_by_place(_record(proof), "commission", found)
+    keys_by_place(_record(proof, touches=True), "commission", found)
 
 
 def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> None:

@@ -47,6 +47,7 @@ from ._virtual_time import (
 from .checks import (
     CommissioningPlan as CommissioningPlan,
     StepProof as StepProof,
+    by_touches as by_touches,
     prove_step as prove_step,
     reasons_against as reasons_against,
     self_test as self_test,

@@ -260,7 +260,7 @@ async def test_a_restart_forgets_what_touches_have_taught(tmp_path: Path) -> Non
     bench.machine.come_back()
     async with bench.running() as loop:
         await sleep(30.0)
-        assert touches_of(loop) == OutputTouches(0.0, None, RULES.start_um)
+        assert touches_of(loop) == OutputTouches(0.0, None, RULES.start_um, acts=True)
 
 
 # ---- told and recorded ---------------------------------------------------------------------------

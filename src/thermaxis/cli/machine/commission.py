@@ -1,8 +1,8 @@
 """Prove sign and size of an offset: move it out by a small step and back, at the allowed rate.
 
-The motion is compared with what a gauge or a probe shows. Nothing moves before you have said yes.
-The machine must be switched on, stand still, and touch nothing; the loop must not run. What was
-asked, accepted and measured is recorded.
+The motion is compared with what a gauge, a probe or touches show. Nothing moves before you have
+said yes. The machine must be switched on, stand still, and touch nothing unless it is asked for a
+touch; the loop must not run. What was asked, accepted and measured is recorded.
 """
 
 import argparse
@@ -21,8 +21,12 @@ from thermaxis.cli.machine._signals import at_signals
 from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence_of
-from thermaxis.runtime.checks import Measure
+from thermaxis.runtime.checks import DEFAULT_STEP_UM, Measure
+from thermaxis.runtime.config import keep_touch_proof
 
+STEP_PER_NOISE = 20.0
+"""The step with touches is so many times their noise: the quarter of it that may lack is then 3.5
+standard deviations of the difference of two. [1]"""
 _READINGS, _FEWEST_READINGS = 9, 5
 _ANSWERS_YES = {"yes", "y", "ja", "ano"}
 
@@ -34,9 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--output NAME", "output to prove (default: the only one)")
     add(
         "--step UM",
-        "size of the step in µm; negative goes towards the workpiece first (default: 10)",
+        "size of the step in µm; negative goes towards the workpiece first (default: 10; with"
+        " --touch 20 times the noise of a touch where that is more)",
         float,
-        default=10.0,
     )
     add(
         "--probe NODE",
@@ -49,7 +53,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("um", "mm"),
         default="um",
     )
-    add("--yes", "do not ask: with a probe only", bool)
+    add(
+        "--touch",
+        "the machine's own touches measure: run its probing cycle each time when told; what is"
+        " proven lets touches act (acts, in [probe.NAME])",
+        bool,
+    )
+    add("--yes", "do not ask: with a probe or touches only", bool)
     add("--json FILE", "write the record there as well", Path)
 
 
@@ -65,14 +75,20 @@ def run(arguments: argparse.Namespace) -> int:
         raise ConfigurationError(
             "dry_run_has_no_offset", place=Place(file=str(arguments.configuration), key="sink.kind")
         )
-    refuse_alone(arguments, "--probe", "--yes")
+    if not arguments.touch:
+        refuse_alone(arguments, "--probe", "--yes")
+    noise_um = _touch_noise_um(configuration, output) if arguments.touch else 0.0
+    step_um = max(DEFAULT_STEP_UM, STEP_PER_NOISE * noise_um)
     rules = configuration.compensation.supervisor
     plan = runtime.CommissioningPlan(
         output=output,
         limits=limits[output],
-        step_um=arguments.step,
+        step_um=min(step_um, limits[output].largest_um)
+        if arguments.step is None
+        else arguments.step,
         tolerance_um=rules.read_back_tolerance_um,
         read_back_s=rules.read_back_s,
+        noise_um=noise_um,
     )
     sys.stdout.write(_intention(configuration, plan))
     if not arguments.yes and not _asked("Shall the offset move now? Type yes: "):
@@ -80,12 +96,20 @@ def run(arguments: argparse.Namespace) -> int:
         return 1
     with sole_runner(configuration):
         try:
+            if arguments.touch:
+                keep_touch_proof(configuration, output, proven=False)
             proof = asyncio.run(_until_a_signal(_prove(configuration, plan, arguments)))
+            if arguments.touch:
+                keep_touch_proof(configuration, output, proven=proof.passed)
         except asyncio.CancelledError:
             raise KeyboardInterrupt from None
     sys.stdout.write(_said(proof))
+    if arguments.touch and proof.passed:
+        sys.stdout.write(_said_of_touches(configuration, output))
     if arguments.json is not None:
-        arguments.json.write_text(json.dumps(_record(proof), indent=2) + "\n", encoding="utf-8")
+        arguments.json.write_text(
+            json.dumps(_record(proof, touches=arguments.touch), indent=2) + "\n", encoding="utf-8"
+        )
     return 0 if proof.passed else 1
 
 
@@ -139,8 +163,16 @@ async def _prove(
             place = Place(file=str(configuration.path))
             raise DataError("self_test_forbids", place=place, reasons=forbidden)
         measure = _probe(parts, configuration, arguments) if arguments.probe else _gauge
+        if arguments.touch:
+            rules = configuration.compensation
+            measure = runtime.by_touches(ports.source, clock, rules, plan.output, _ask_for_a_touch)
         proof = await runtime.prove_step(ports.sink, clock, plan, measure)
-        told = ("commission", "the command line", proof.verdict, _record(proof))
+        told = (
+            "commission",
+            "the command line",
+            proof.verdict,
+            _record(proof, touches=arguments.touch),
+        )
         ports.historian.event(runtime.EventRecord.of(clock.utc(), *told))
         return proof
     finally:
@@ -166,6 +198,20 @@ async def wait_for_machine(
         place=Place(file=str(configuration.path)),
         cause=causes or (Message("error-machine_silent"),),
     )
+
+
+def _touch_noise_um(configuration: runtime.MachineConfiguration, output: str) -> float:
+    """Return the standard deviation of a touch. [um]"""
+    rules, probe = configuration.rules.touches.get(output), configuration.probes.get(output)
+    if rules is None or probe is None or not probe.counter_node:
+        place = Place(file=str(configuration.path), key=f"probe.{output}")
+        raise ConfigurationError("touches_not_read", place=place)
+    return rules.noise_um
+
+
+def _ask_for_a_touch(stands: Message) -> None:
+    sys.stdout.write(f"Now {sentence_of(stands)}: run the probing cycle.\n")
+    sys.stdout.flush()
 
 
 async def _gauge(stands: Message) -> float:
@@ -216,7 +262,7 @@ def _probe(
     return measure
 
 
-def _record(proof: runtime.StepProof) -> dict[str, str | float | bool | None]:
+def _record(proof: runtime.StepProof, *, touches: bool) -> dict[str, str | float | bool | None]:
     return {
         "output": proof.output,
         "asked_um": proof.asked_um,
@@ -225,10 +271,17 @@ def _record(proof: runtime.StepProof) -> dict[str, str | float | bool | None]:
         "effective_um": proof.effective_um,
         "measured_out_um": proof.out_um,
         "measured_back_um": proof.back_um,
+        "touches": touches,
         "passed": proof.passed,
         "verdict": sentence_of(proof.verdict),
         "verdict_code": proof.verdict.code,
     }
+
+
+def _said_of_touches(configuration: runtime.MachineConfiguration, output: str) -> str:
+    if configuration.rules.touches[output].acts:
+        return "Touches are added to the correction from the next start of the loop on.\n"
+    return f"Touches are shown only, until acts = true stands in [probe.{output}].\n"
 
 
 def _said(proof: runtime.StepProof) -> str:

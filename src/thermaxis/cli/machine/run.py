@@ -36,6 +36,7 @@ from thermaxis.compensation import AnswerCode, Reason, Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import OTHER_COMPENSATION, publish
+from thermaxis.runtime.config import with_proven_touches
 from thermaxis.runtime.host import RequestSocket
 from thermaxis.runtime.publish import Publisher
 from thermaxis.runtime.status import is_mismatch
@@ -96,12 +97,13 @@ async def _run(
     publisher = Publisher(configuration, clock, _serve)
     parts = build_parts(configuration, clock, publisher)
     replays = configuration.source.kind == "replay"
+    proven = with_proven_touches(configuration)
     loop = runtime.CompensationLoop(
-        configuration.compensation,
+        proven.compensation,
         loop_settings(configuration),
         parts.ports,
         state_file=None if replays else runtime.StateFile(configuration.state_file),
-        models=configuration.other_model,
+        models=proven.other_model,
         self_test=None if replays else _self_test(configuration, parts),
     )
     loop.listeners.append(runtime.SignOfLife().tell)

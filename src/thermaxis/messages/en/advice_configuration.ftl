@@ -45,6 +45,8 @@ advice-timeout_long = A request may take { $timeout_s } s, more than half a cycl
     .remedy = Lower timeout_s.
 advice-database_unproven = sslmode=require encrypts and does not prove who answers: another computer in between would get the password and the history.
     .remedy = Write sslmode=verify-full with sslrootcert.
+advice-touches_unproven = Touches of { $name } are shown only: sign and size were not proven with this configuration.
+    .remedy = Run `thermaxis commission MACHINE.toml --output { $name } --touch` while the loop does not run.
 advice-everybody_may_look = The pages are open to the whole network, the history included.
     .remedy = Write view_without_login = false, and make users with the role viewer.
 advice-host_not_in_certificate = The pages are called { $name }, and the certificate is for { $hosts }: browsers will warn of it.

@@ -106,6 +106,7 @@ error-several_server_certificates = The server has several certificates: { $fing
 error-other_fingerprint = The server has another fingerprint, SHA-256 { $fingerprints }.
     .remedy = If it is typed as the machine shows it, the connection is intercepted: store nothing.
 error-dry_run_has_no_offset = A dry run has no offset to prove.
+error-touches_not_read = No touches are read: state node, counter_node, largest_um and largest_rate_um_per_s.
 error-self_test_forbids = The self-test forbids it: { $reasons }.
     .remedy = Run thermaxis check.
 error-machine_not_reached = The machine is not reached: { $cause }.

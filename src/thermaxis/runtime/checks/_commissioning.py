@@ -4,7 +4,7 @@ The step goes out and comes back at the allowed rate, with the heartbeat moved i
 the offset looked at before each write, as the loop does it. The thousandth part of it comes first,
 or the smallest that the machine can tell, then the tenth: a unit that is wrong by a thousand moves
 the tool by the step itself. What the tool point did is measured by somebody or something else: a
-dial gauge that a person reads, or a probe that the control shows.
+dial gauge that a person reads, a probe that the control shows, or the machine's own touches.
 """
 
 import asyncio
@@ -15,7 +15,13 @@ from datetime import datetime
 from typing import Final, final
 
 from thermaxis.codes import Message, Place
-from thermaxis.compensation import Limits, SupervisorRules, limit_step
+from thermaxis.compensation import (
+    Compensation,
+    Limits,
+    SupervisorRules,
+    cycle_state,
+    limit_step,
+)
 from thermaxis.errors import DataError, require_range
 from thermaxis.runtime._offsets import (
     Look,
@@ -25,7 +31,8 @@ from thermaxis.runtime._offsets import (
     look_step,
     write_step,
 )
-from thermaxis.runtime._ports import Applied, Clock, Sink
+from thermaxis.runtime._ports import Applied, Clock, Sink, Source
+from thermaxis.runtime.loop import Touches
 
 DEFAULT_STEP_UM = 10.0
 """Size of the step: seen by any dial gauge, and smaller than a finishing allowance. [µm]"""
@@ -46,8 +53,13 @@ TRIED_SHARES = (0.001, 0.1)
 offset more coarsely. [1]"""
 FAR_UM = 3.0
 """What noise and drift of gauge or probe may add to it. [µm]"""
+LEAST_STEP_PER_NOISE = 10.0
+"""The step is at least so many times the noise of a touch, which alone then passes for the step
+once in ten million. [1]"""
 PROVEN: Final = "event-step_proven"
 """Sign and size are right."""
+LOOK_S = 0.2
+"""Time from look to look for a touch. [s]"""
 _RULES: Final = SupervisorRules()
 _WAIT_S = 1.0
 _SHORTEST_CYCLE_S = 0.05
@@ -62,7 +74,8 @@ class CommissioningPlan:
     Raises
     ------
     ConfigurationError
-        If the step is no number from 1 µm to the output limit, or the cycle is not positive.
+        If the step is no number from 1 µm, or ten times the noise, to the output limit, or the
+        cycle is not positive.
     """
 
     output: str
@@ -77,11 +90,14 @@ class CommissioningPlan:
     """Difference of read-back and written offset that is believed. [µm]"""
     read_back_s: float = _RULES.read_back_s
     """Time within which the machine must report what was written. [s]"""
+    noise_um: float = 0.0
+    """Standard deviation of one measurement, beyond that of a gauge that stands. [µm]"""
 
     def __post_init__(self) -> None:
         """Check the numbers."""
         largest_um = self.limits.largest_um
-        require_range("step_um", abs(self.step_um), SMALLEST_STEP_UM, largest_um, self.output)
+        least_um = max(SMALLEST_STEP_UM, LEAST_STEP_PER_NOISE * self.noise_um)
+        require_range("step_um", abs(self.step_um), least_um, largest_um, self.output)
         require_range("cycle_s", self.cycle_s, _SHORTEST_CYCLE_S, _LONGEST_CYCLE_S)
 
 
@@ -118,6 +134,32 @@ Measure = Callable[[Message], Awaitable[float]]
 now."""
 
 
+def by_touches(
+    source: Source,
+    clock: Clock,
+    compensation: Compensation,
+    output: str,
+    tell: Callable[[Message], object],
+) -> Measure:
+    """Return what measures by the next touch of an output, taken as the loop takes it.
+
+    It waits for as long as nobody touches; what was touched before it was asked is no answer.
+    """
+    state = cycle_state(compensation)
+
+    async def measure(stands: Message) -> float:
+        touches, asked_s = Touches(), clock.monotonic_s()
+        tell(stands)
+        while True:
+            samples, now_s = await source.read(_WAIT_S), clock.monotonic_s()
+            for touch in touches.take(compensation, samples, state, now_s)[1]:
+                if touch.output == output and touch.time_s >= asked_s:
+                    return touch.value_um
+            await clock.sleep_until(now_s + LOOK_S)
+
+    return measure
+
+
 async def _try_a_little(
     mover: "_Mover", plan: CommissioningPlan, measure: Measure, before_um: float
 ) -> None:
@@ -134,7 +176,8 @@ async def _try_a_little(
                 raise DataError("step_untold", place=Place(channel=plan.output))
         tried_um = abs(little_um)
         moved_um = await mover.measured(measure, "further", by_um=little_um)
-        if not abs(moved_um - before_um) <= FAR_UM + 5.0 * abs(little_um):
+        far_um = FAR_UM + 5.0 * (plan.noise_um + abs(little_um))
+        if not abs(moved_um - before_um) <= far_um:
             raise DataError(
                 "step_moved_otherwise",
                 moved_um=moved_um - before_um,

@@ -30,6 +30,11 @@ from ._tables import (
     SinkSettings as SinkSettings,
     SourceSettings as SourceSettings,
 )
+from ._touch_proofs import (
+    keep_touch_proof as keep_touch_proof,
+    unproven_touches as unproven_touches,
+    with_proven_touches as with_proven_touches,
+)
 from ._warnings import (
     history_day_mb as history_day_mb,
     page_certificate_findings as page_certificate_findings,

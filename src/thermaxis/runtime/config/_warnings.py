@@ -19,6 +19,7 @@ from thermaxis.runtime.config._certificates import certificates_of
 from thermaxis.runtime.config._configuration import MachineConfiguration
 from thermaxis.runtime.config._contradictions import EVERY_ADDRESS, HOST
 from thermaxis.runtime.config._tables import ScreenSettings
+from thermaxis.runtime.config._touch_proofs import unproven_touches
 from thermaxis.runtime.history import Encryption, encryption_of, history_folder, sqlite_path
 from thermaxis.runtime.host import is_loopback
 
@@ -70,6 +71,8 @@ def _advice(configuration: MachineConfiguration) -> Iterator[_Row]:
         yield from _about_protection(configuration)
     for output in configuration.compensation.model.outputs:
         yield from _about_output(configuration, output)
+    for name in unproven_touches(configuration):
+        yield True, "touches_unproven", f"probe.{name}.acts", {"name": name}
     slowest_s = 0.5 * configuration.rules.cycle_s
     for name, one in configuration.connections.items():
         key, open_to_all = f"connection.{name}", not (one.encrypted or is_loopback(one.host))

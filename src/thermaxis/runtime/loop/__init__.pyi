@@ -20,3 +20,4 @@ from ._settings import (
 from ._systemd import (
     SignOfLife as SignOfLife,
 )
+from ._touches import Touches as Touches

@@ -134,7 +134,7 @@ class CompensationLoop:
         self._held_by, self._differing = "", tuple[str, ...]()
         self._known_s = 0.0
         self._test = SelfTest(self_test, self._journal)
-        self._touches = Touches(self._journal, replayed=settings.replayed)
+        self._touches = Touches(replayed=settings.replayed)
         self._diameter: float | None = None
         self._datum: float | None = None
         self._number = self._overruns = 0
@@ -275,7 +275,7 @@ class CompensationLoop:
         found = await self._machine.look(self._number, wait_s)
         self._test.watch(now_s, there=self.source.connected and self.sink.connected)
         output = self._compute(now_s, samples, found, touches)
-        self._touches.judged(touches, output, self.clock.utc())
+        self._touches.judged(self._journal, touches, output, self.clock.utc())
         await self._machine.write(output, wait_s, ready=self._ready)
         self._record(now_s, lateness_s, samples, output)
         memory = self._state.memory

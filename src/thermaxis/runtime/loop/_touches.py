@@ -25,8 +25,8 @@ class Touches:
     Not protected: a counter that a gateway stamps anew when it comes back has risen then.
     """
 
-    def __init__(self, journal: Journal, *, replayed: bool) -> None:
-        self._journal, self._replayed = journal, replayed
+    def __init__(self, *, replayed: bool = False) -> None:
+        self._replayed = replayed
         self._seen: dict[str, tuple[float, float]] = {}  # counter, and when it was seen first [s]
         self._taken: dict[str, float] = {}
         self._count = 0
@@ -80,7 +80,9 @@ class Touches:
             return at_s if self._replayed else None
         return at_s
 
-    def judged(self, touches: tuple[Touch, ...], output: CycleOutput, utc: datetime) -> None:
+    def judged(
+        self, journal: Journal, touches: tuple[Touch, ...], output: CycleOutput, utc: datetime
+    ) -> None:
         """Keep and tell what became of the touches of a cycle."""
         self.outcomes = {}
         for touch, outcome in zip(touches, output.touch_outcomes, strict=True):
@@ -88,7 +90,7 @@ class Touches:
             self.outcomes[name] = outcome.value
             self._last[name] = OutputTouches(outcome=outcome, touched=utc, value_um=value_um)
             values = {"name": name, "value_um": value_um, "outcome": outcome.value}
-            self._journal.event("touch", "event-touch", values)
+            journal.event("touch", "event-touch", values)
 
     def told(
         self, compensation: Compensation, state: CycleState, output: CycleOutput
@@ -103,6 +105,7 @@ class Touches:
                 known_um=None if one.belief is None else one.belief.offset_um,
                 again=one.excluded > 0,
                 void=one.off,
+                acts=compensation.touches[of.name].acts,
             )
             for of, one, um, std_um in rows
             if of.name in compensation.touches

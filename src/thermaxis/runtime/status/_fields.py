@@ -366,6 +366,8 @@ _OF_AN_OUTPUT = (
     _F("OffsetStd", "offset_std_um", "offset_std_micrometres", _K.NUMBER, "µm", "touches.*.std_um",
        "Standard uncertainty of the tool point, as it grows since the last touch.",
        missing=NONE_STATED),
+    _F("OffsetActs", "offset_acts", "", _K.FLAG, "", "touches.*.acts",
+       "Whether touches are added to the correction, and not only shown."),
     _F("OffsetVoid", "offset_void", "offset_void", _K.FLAG, "", "touches.*.void",
        "Whether touches do not see the correction: their offset is off until an Acknowledge.",
        prompt=True),

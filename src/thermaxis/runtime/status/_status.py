@@ -94,6 +94,8 @@ class OutputTouches(NamedTuple):
     """Time of the cycle that judged it, aware, in UTC."""
     again: bool = False
     """Whether it was excluded, so that a second one is wanted."""
+    acts: bool = False
+    """Whether the offset is added, and not only shown."""
     void: bool = False
     """Whether touches do not see the correction: the offset stays off until an Acknowledge."""
 
