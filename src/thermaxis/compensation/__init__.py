@@ -52,6 +52,7 @@ from thermaxis.compensation._sensors import (
     validate_sample as validate_sample,
 )
 from thermaxis.compensation._step import (
+    LARGEST_VALUE as LARGEST_VALUE,
     ModelOutput as ModelOutput,
     Outcome as Outcome,
     Quality as Quality,

@@ -14,6 +14,7 @@ from thermaxis.compensation import (
     Outcome,
     Output,
     Part,
+    Quality,
     Reading,
     Section,
     initial_state,
@@ -75,7 +76,10 @@ def test_the_free_run_equals_the_vectorised_simulation() -> None:
     assert np.allclose(run.outputs["Z_um"].contribution_um.sum(axis=1), expected)
 
 
-@pytest.mark.parametrize("case", ["even", "uneven", "delay", "part of a row", "gap", "lost"])
+HOSTILE = ("lost", "lost at first", "lost over a gap", "torn")
+
+
+@pytest.mark.parametrize("case", ["even", "uneven", "delay", "part of a row", "gap", *HOSTILE])
 def test_the_free_run_is_the_step_of_the_cycle_on_every_row(case: str) -> None:
     """The laws of held inputs hold in both: no row, no outcome and no start differs."""
     random = np.random.default_rng(11)
@@ -83,32 +87,50 @@ def test_the_free_run_is_the_step_of_the_cycle_on_every_row(case: str) -> None:
     time_s = 60.0 * np.arange(300)
     if case == "uneven":
         time_s = np.cumsum(random.uniform(1.0, 120.0, 300))
-    if case == "gap":
+    if case in {"gap", "lost over a gap", "torn"}:
         time_s[150:] += 2e4
     columns = {name: np.array(values) for name, values in record.columns.items()}
     if case == "lost":
         columns["T_spindle_C"][120:130] = np.nan
+    if case == "lost at first":
+        columns["T_table_C"][:40] = np.nan
+        columns["T_column_C"][41:43] = 1e7
+    if case == "lost over a gap":
+        columns["T_spindle_C"][148:160] = np.nan
+    if case == "torn":
+        time_s += np.cumsum(random.choice([0.0, 1.0, 9000.0], 300, p=[0.9, 0.08, 0.02]))
+        for name in ("T_spindle_C", "T_column_C"):
+            columns[name][random.random(300) < 0.4] = np.nan
     record = ThermalLog.from_columns(columns, time_s=time_s, name=case)
     parts = tuple(replace(p, delay_s=delay_s, lowest_k=-1.0, highest_k=2.0) for p in PARTS)
     outputs = (Output("Z_um", parts, 5.0), Output("Y_um", parts[:1]))
     model = CompensationModel(outputs=outputs, input_filter_s=45.0, longest_hold_s=120.0)
     first_s = time_s <= 60.0 + time_s[0]
-    reference = {c: float(np.mean(columns[c][first_s])) for c in model.channels}
+    means = {c: record.start_of(columns[c]) for c in model.channels}
+    reference = {c: mean for c, mean in means.items() if not np.all(np.isnan(columns[c][first_s]))}
     state, said = initial_state(model, reference), []
     outcomes: dict[Outcome, int] = {}
+    waiting: list[bool] = []
+    bad: list[bool] = []
     for k, now_s in enumerate(record.time_s):
         values = {c: float(columns[c][k]) for c in model.channels}
         state, output = model_step(model, state, Reading(float(now_s), values, 4000.0))
         said.append((*output.model_um, *output.contribution_um[0]))
+        waiting.append(state.time_s is None)
+        bad.append(output.quality is Quality.BAD)
         for outcome in output.outcomes:
             outcomes[outcome] = outcomes.get(outcome, 0) + 1
     run = simulate_log(model, record, diameter_mm=4000.0)
     z, y = run.outputs["Z_um"], run.outputs["Y_um"]
     found = np.column_stack([z.displacement_um, y.displacement_um, z.contribution_um])
-    np.testing.assert_allclose(found, said, atol=1e-10)
+    told = np.where(np.array(waiting)[:, None] & [1, 1, 0, 0], np.nan, said)
+    np.testing.assert_allclose(found, told, atol=1e-10)
     assert run.outcomes == outcomes
+    assert run.bad.tolist() == bad
     assert outcomes[Outcome.OUTSIDE_VALIDITY] > 10
-    assert outcomes[Outcome.DIAMETER_HELD] == 300
+    assert outcomes[Outcome.DIAMETER_HELD] == waiting.count(False)
+    assert case not in HOSTILE or Outcome.INPUT_FAILED in outcomes
+    assert case not in HOSTILE[1:] or Outcome.WAITING in outcomes
 
 
 def test_figures_are_those_of_equation_4_and_of_the_definitions() -> None:

@@ -1,6 +1,6 @@
 """Simple models that stand beside every identified one: what is gained must be seen."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import final
@@ -112,9 +112,10 @@ def fit_baseline(
     width = inputs * (1 + len(lags)) + 2
     factor = np.zeros((width, width))
     for experiment in experiments:
-        columns = _columns(experiment.u, experiment.sample_time_s, lags)
-        table = np.column_stack([np.ones(experiment.y.size), columns, experiment.y])
-        factor = triangle([factor, table[~np.isnan(experiment.y)]])
+        measured = ~np.isnan(experiment.y)
+        columns = (one[measured] for one in _columns(experiment.u, experiment.sample_time_s, lags))
+        y = experiment.y[measured]
+        factor = triangle([factor, np.column_stack([np.ones(y.size), *columns, y])])
     offset_um, gains = _solved(factor, penalty, rows, offset=offset)
     return BaselineModel(
         baseline, offset_um, frozen_array(gains.reshape(inputs, 1 + len(lags))), lags, rows
@@ -125,15 +126,14 @@ _WITH_AVERAGES = (Baseline.AVERAGES, Baseline.AVERAGES_RIDGE)
 _WITH_PENALTY = (Baseline.RIDGE, Baseline.AVERAGES_RIDGE)
 
 
-def _columns(u: FloatArray, sample_time_s: float, lags_s: Sequence[float]) -> FloatArray:
-    """Return every input followed by its averages, (n, k (1 + lags))."""
+def _columns(u: FloatArray, sample_time_s: float, lags_s: Sequence[float]) -> Iterator[FloatArray]:
+    """Yield every input followed by its averages, k (1 + lags) columns."""
     values, _ = held(u)
-    columns: list[FloatArray] = []
     for column in values.T:
         own = np.ascontiguousarray(column)
-        columns.append(own)
-        columns += [section_response(own, lag, sample_time_s, float(own[0])) for lag in lags_s]
-    return np.stack(columns, axis=1)
+        yield own
+        for lag in lags_s:
+            yield section_response(own, lag, sample_time_s, float(own[0]))
 
 
 def _solved(
@@ -186,6 +186,6 @@ def simulate_baseline(model: BaselineModel, u: FloatArray, sample_time_s: float)
     if bool(np.any(np.all(np.isnan(values), axis=0))):
         raise DataError("never_measured", place=Place(key="u"))
     columns = _columns(values, sample_time_s, model.lags_s)
-    for column, gain in zip(columns.T, model.gains_um_per_k.ravel(), strict=True):
+    for column, gain in zip(columns, model.gains_um_per_k.ravel(), strict=True):
         y += column * gain
     return y

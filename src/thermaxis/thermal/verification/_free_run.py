@@ -1,8 +1,9 @@
 """A model in free run along a log, as `cycle` runs it."""
 
+from bisect import bisect_right
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import final
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.compensation import (
+    LARGEST_VALUE,
     STATED,
     CompensationModel,
     Outcome,
@@ -25,7 +27,6 @@ from thermaxis.thermal.log import REFERENCE_S, ThermalLog
 from thermaxis.thermal.transfer_function import delayed
 
 _SAME_STEP_S = 1e-6
-_ORDINARY = 1e5
 _OF_DIAMETER = (Outcome.DIAMETER_HELD, Outcome.DIAMETER_UNKNOWN)
 
 
@@ -117,8 +118,8 @@ def simulate_log(
 
     Notes
     -----
-    A log in which nothing fails and no row is missing is solved section by section, a thousand
-    times faster: the same sums in another order.
+    It is solved section by section, a thousand times faster: the same sums in another order. Only
+    delays of no whole rows are stepped row by row.
 
     References
     ----------
@@ -126,7 +127,14 @@ def simulate_log(
     """
     columns = model_columns(model, log)
     state = initial_state(model, references_of(model, log, reference_s))._replace(warm=steady)
-    free_run = _plain if _is_plain(model, log, columns, state) else _row_by_row
+    # A delay of no whole rows takes its input apart.
+    steps_s, delays_s = np.diff(log.time_s), np.array([part.delay_s for part in model.layout.parts])
+    even = steps_s.size > 0 and float(np.ptp(steps_s)) <= _SAME_STEP_S
+    rows = delays_s / steps_s[0] if even else delays_s
+    apart = np.any(np.abs(rows - np.round(rows)) > _SAME_STEP_S) or (
+        model.layout.delayed and not even
+    )
+    free_run = _row_by_row if apart else _by_sections
     shares, displacement, bad, outcomes = free_run(model, log, columns, state, diameter_mm)
     outputs = {
         output.name: SimulatedOutput(
@@ -175,59 +183,87 @@ def _row_by_row(
     return np.array(shares), displacement, np.array(bad), dict(outcomes)
 
 
-def _is_plain(
-    model: CompensationModel, log: ThermalLog, columns: Sequence[FloatArray], state: ThermalState
-) -> bool:
-    """Whether nothing fails, stands still or is missing, and every delay is whole rows."""
-    steps_s = np.diff(log.time_s)
-    delays_s = np.array([part.delay_s for part in model.layout.parts])
-    even = steps_s.size > 0 and float(np.ptp(steps_s)) <= _SAME_STEP_S
-    rows = delays_s / steps_s[0] if even else delays_s
-    return (
-        all(bool(np.all(np.abs(column) < _ORDINARY)) for column in columns)
-        and bool(np.all(np.isfinite(state.reference)))
-        and bool(np.all((steps_s > 0.0) & (steps_s <= model.longest_gap_s)))
-        and (even or not model.layout.delayed)
-        and bool(np.all(np.abs(rows - np.round(rows)) <= _SAME_STEP_S))
-    )
-
-
-def _plain(
+def _by_sections(
     model: CompensationModel,
     log: ThermalLog,
     columns: Sequence[FloatArray],
     state: ThermalState,
     diameter_mm: float | None,
 ) -> _Run:
-    """Return what `_row_by_row` returns, section by section."""
-    layout, steps_s = model.layout, np.diff(log.time_s)
-    first = dict(zip(model.channels, (float(column[0]) for column in columns), strict=True))
-    state, output = model_step(model, state, Reading(float(log.time_s[0]), first, diameter_mm))
-    rise = [column - r for column, r in zip(columns, state.reference, strict=True)]
-    raw = [rise[plus] - rise[minus] if minus >= 0 else rise[plus] for plus, minus in layout.wires]
-    filtered = raw
-    if model.input_filter_s > 0.0:
-        filtered = [_lag(u, steps_s, model.input_filter_s, float(u[0])) for u in raw]
-    sections = iter(state.sections)
-    shares = np.empty((log.rows, len(layout.parts)))
-    for k, (part, wire) in enumerate(zip(layout.parts, layout.driven, strict=True)):
-        u = delayed(filtered[wire], part.delay_s, float(steps_s[0]) if steps_s.size else 1.0)
-        y = part.direct_gain_um_per_k * u
-        for section in part.sections:
-            y += section.gain_um_per_k * _lag(u, steps_s, section.time_constant_s, next(sections))
-        shares[:, k] = y * gain_of(part, diameter_mm)
-    displacement = np.stack(
-        [offset_um + np.sum(shares[:, a:b], axis=1) for a, b, offset_um in layout.spans], axis=1
-    )
-    outcomes = {o: log.rows for o in output.outcomes if o in _OF_DIAMETER} | {Outcome.STARTED: 1}
-    pairs = zip(raw, layout.ranges, strict=True)
-    outside = np.any([(u < low) | (u > high) for u, (low, high) in pairs], axis=0)
-    if bool(np.any(outside)):
-        outcomes[Outcome.OUTSIDE_VALIDITY] = int(np.count_nonzero(outside))
-    return shares, displacement, np.zeros(log.rows, dtype=np.bool_), outcomes
+    """Return what `_row_by_row` returns, section by section from each start of the model."""
+    layout, time_s = model.layout, log.time_s
+    value = np.stack(columns)
+    lost, failed = np.zeros((2, log.rows), dtype=np.bool_)
+    for own in value:
+        bad = ~(np.abs(own) <= LARGEST_VALUE)
+        if not bool(np.any(bad)):
+            continue
+        row = np.arange(own.size, dtype=np.intp)
+        last = np.asarray(np.maximum.accumulate(np.where(bad, -1, row)), dtype=np.intp)
+        own[:] = np.where(last >= 0, own[last], np.nan)
+        lost |= bad
+        failed |= (last < 0) | (time_s - time_s[last] > model.longest_hold_s)
+    outcomes: Counter[Outcome] = Counter()
+    outcomes[Outcome.INPUT_FAILED] = int(np.count_nonzero(failed))
+    outcomes[Outcome.INPUT_HELD] = int(np.count_nonzero(lost)) - outcomes[Outcome.INPUT_FAILED]
+    shares = np.zeros((log.rows, len(layout.parts)))
+    displacement = np.full((log.rows, len(layout.spans)), np.nan)
+    reference = np.array(state.reference)
+    for why, begin, end in _starts(time_s, failed, model.longest_gap_s):
+        outcomes[why] += 1
+        reference = np.where(np.isnan(reference), value[:, begin], reference)
+        first = Reading(0.0, dict(zip(model.channels, value[:, begin].tolist(), strict=True)))
+        begun = state._replace(reference=tuple(reference.tolist()))
+        begun = begun._replace(warm=state.warm or why is not Outcome.STARTED)
+        begun, said = model_step(model, begun, replace(first, diameter_mm=diameter_mm))
+        of_diameter = [o for o in said.outcomes if o in _OF_DIAMETER]
+        outcomes.update(dict.fromkeys(of_diameter, end - begin))
+        rise = value[:, begin:end] - reference[:, None]
+        raw = [
+            rise[plus] - rise[minus] if minus >= 0 else rise[plus] for plus, minus in layout.wires
+        ]
+        outside = np.zeros(end - begin, dtype=np.bool_)
+        for u, (low, high) in zip(raw, layout.ranges, strict=True):
+            outside |= (u < low) | (u > high)
+        outcomes[Outcome.OUTSIDE_VALIDITY] += int(np.count_nonzero(outside))
+        steps_s = np.diff(time_s[begin:end])
+        even_s = float(steps_s[0]) if steps_s.size and not np.ptp(steps_s) else steps_s
+        filtered = raw
+        if model.input_filter_s > 0.0:
+            filtered = [_lag(u, even_s, model.input_filter_s, float(u[0])) for u in raw]
+        sections = iter(begun.sections)
+        for k, (part, wire) in enumerate(zip(layout.parts, layout.driven, strict=True)):
+            u = delayed(filtered[wire], part.delay_s, float(steps_s[0]) if steps_s.size else 1.0)
+            y = part.direct_gain_um_per_k * u
+            for section in part.sections:
+                lag = _lag(u, even_s, section.time_constant_s, next(sections))
+                y += section.gain_um_per_k * lag
+            shares[begin:end, k] = y * gain_of(part, diameter_mm)
+        for o, (a, b, offset_um) in enumerate(layout.spans):
+            displacement[begin:end, o] = offset_um + np.sum(shares[begin:end, a:b], axis=1)
+    outcomes[Outcome.WAITING] = int(np.count_nonzero(np.isnan(displacement[:, 0])))
+    return shares, displacement, failed, {o: count for o, count in outcomes.items() if count}
 
 
-def _lag(u: FloatArray, steps_s: FloatArray, tau_s: float, start: float) -> FloatArray:
+def _starts(
+    time_s: FloatArray, failed: NDArray[np.bool_], longest_gap_s: float
+) -> Iterator[tuple[Outcome, int, int]]:
+    """Yield why and in which row the model starts, and the row behind its last one."""
+    gaps = [*(1 + np.flatnonzero(np.diff(time_s) > longest_gap_s)).tolist(), failed.size]
+    good = np.flatnonzero(~failed)
+    why, row = Outcome.STARTED, 0
+    while row < failed.size:
+        if failed[row]:  # it waits, and then starts as if for the first time
+            later = np.searchsorted(good, row)
+            if later == good.size:
+                return
+            why, row = Outcome.STARTED, int(good[later])
+        end = gaps[bisect_right(gaps, row)]
+        yield why, row, end
+        why, row = Outcome.GAP, end
+
+
+def _lag(u: FloatArray, steps_s: FloatArray | float, tau_s: float, start: float) -> FloatArray:
     """Return the state of a lag: x(0) = start, x(k+1) - (1 - alpha) x(k) = alpha u(k)."""
     alpha = -np.expm1(-steps_s / tau_s)
     return recursion(1.0 - alpha, alpha * u[:-1], start)

@@ -1,6 +1,7 @@
 """How a log began, by what the free run leaves of its displacement."""
 
 import math
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -46,17 +47,17 @@ class StartOfLog(NamedTuple):
 def start_of_log(
     time_s: FloatArray,
     measured_um: FloatArray,
-    left_um: tuple[FloatArray, FloatArray | None],
+    left_um: Sequence[FloatArray],
     fading_um_per_k: FloatArray,
     spread_k: FloatArray,
     asked: LogStart | None,
 ) -> StartOfLog:
     """Return how a log began: as asked, or else at rest unless another start is far more likely.
 
-    Parameters are times and displacements, (n,), what the free run from rest leaves, NaN where it
-    is not to be used, and from the steady state of the first row, None where that is rest but for
-    noise, (n,), what one kelvin in each lag at the first row does, (n, j), and the root mean square
-    of the lags' inputs, (j,).
+    Parameters are times and displacements, (n,), what the free run leaves of these from rest and
+    from the steady state of the first row, unless that is rest but for noise, (n,) each, what one
+    kelvin in each lag at the first row of the log does, (n, j), and the root mean square of the
+    lags' inputs, (j,).
 
     Notes
     -----
@@ -72,19 +73,18 @@ def start_of_log(
     ----------
     Schwarz 1978 (BIC); Ljung 1999, section 3.2 (initial conditions of a simulation).
     """
-    known = ~np.isnan(left_um[0])
     lags = fading_um_per_k.shape[1]
     rest = StartOfLog(LogStart.REST, np.zeros(lags), 0.0)
     if asked in (LogStart.REST, LogStart.STEADY):
         return rest._replace(start=asked)
-    lefts = (left_um[0], left_um[0] if left_um[1] is None else left_um[1])
-    table = np.column_stack([fading_um_per_k, np.ones(time_s.size), measured_um, *lefts])[known]
-    since_s = time_s[known] - time_s[known][:1]
+    since_s = time_s - time_s[:1]
     number = np.floor(BLOCKS * since_s / max(float(np.max(since_s, initial=0.0)), 1e-9))
     _, first = np.unique(number, return_index=True)
-    if first.size < FEWEST_BLOCKS or float(np.ptp(table[:, -2])) == 0.0:
+    if first.size < FEWEST_BLOCKS or float(np.ptp(left_um[0])) == 0.0:
         return rest._replace(start=asked or LogStart.REST)
-    means = np.add.reduceat(table, first) / np.diff(np.append(first, since_s.size))[:, None]
+    every = (*fading_um_per_k.T, np.ones(time_s.size), measured_um, left_um[0], left_um[-1])
+    means = np.column_stack([np.add.reduceat(one, first) for one in every])
+    means /= np.diff(np.append(first, since_s.size))[:, None]
     columns, measured, left, steady = means[:, :-3], means[:, -3], means[:, -2], means[:, -1]
     variance = counted = float(np.mean(left**2))
     prior = 1.0 / np.append(np.maximum(spread_k, 1e-6) ** 2, variance)

@@ -1,7 +1,8 @@
 """Verify a compensation model on logs: free run, with limits beside it, and figures of both."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import final
 
 import numpy as np
@@ -327,22 +328,26 @@ class _Comparison:
 def _verify_log(asked: _Comparison, log: ThermalLog) -> VerifiedLog:
     model, reference_s = asked.model, asked.reference_s
     runs: dict[float | None, SimulatedLog] = {}
-    warm: dict[float | None, SimulatedLog] = {}
+    warm: dict[float | None, Callable[[], SimulatedLog]] = {}
     limited: dict[float | None, LimitedRun] = {}
     outputs: list[VerifiedOutput] = []
     for entry in asked.measured:
         d_mm = entry.diameter_mm
         if d_mm not in runs:
             runs[d_mm] = simulate_log(model, log, diameter_mm=d_mm, reference_s=reference_s)
-            warm[d_mm] = runs[d_mm]
-            if asked.start is not LogStart.REST:
-                warm[d_mm] = simulate_log(
-                    model, log, diameter_mm=d_mm, reference_s=reference_s, steady=True
+            warm[d_mm] = cache(
+                partial(
+                    simulate_log,
+                    *(model, log),
+                    diameter_mm=d_mm,
+                    reference_s=reference_s,
+                    steady=True,
                 )
+            )
             limited[d_mm] = limited_run(
                 model, log, asked.limits, diameter_mm=d_mm, reference_s=reference_s
             )
-        outputs.append(_verify_output(asked, log, entry, (runs[d_mm], warm[d_mm]), limited[d_mm]))
+        outputs.append(_verify_output(asked, log, entry, runs[d_mm], warm[d_mm], limited[d_mm]))
     any_run = next(iter(runs.values()))
     return VerifiedLog(
         name=log.name,
@@ -419,14 +424,15 @@ def _verify_output(
     asked: _Comparison,
     log: ThermalLog,
     entry: MeasuredOutput,
-    runs: tuple[SimulatedLog, SimulatedLog],
+    run: SimulatedLog,
+    steady_run: Callable[[], SimulatedLog],
     within: LimitedRun,
 ) -> VerifiedOutput:
-    """Compare one output; `runs` are from rest and from the steady state of the first row."""
+    """Compare one output; runs are from rest and from the steady state of the first row."""
     model, reference_s, rows = asked.model, asked.reference_s, asked.rows
-    rest, steady = (run.outputs[entry.output] for run in runs)
+    rest = run.outputs[entry.output]
     measured = np.array(log.column(entry.channel, unit="um"))
-    both = ~(np.isnan(measured) | np.isnan(rest.displacement_um) | runs[0].bad)
+    both = ~(np.isnan(measured) | np.isnan(rest.displacement_um) | run.bad)
     if not bool(np.any(both)):
         raise DataError("not_measured_with_model", place=Place(log.name, channel=entry.channel))
     at_start = both & (log.time_s <= (reference_s or REFERENCE_S))
@@ -435,11 +441,9 @@ def _verify_output(
         at_start[np.flatnonzero(both)[0]] = True
     zero_um = float(np.mean(measured[at_start]))
     measured -= zero_um
-    counted = both
+    counted, number = both, np.arange(both.size)
     if rows is not None:
-        counted = np.zeros_like(both)
-        counted[slice(*rows)] = True
-        counted &= both
+        counted = both & (rows[0] <= number) & (number < rows[1])
         if not bool(np.any(counted)):
             raise DataError(
                 "not_measured_in_rows",
@@ -447,26 +451,29 @@ def _verify_output(
                 last=rows[1],
                 place=Place(log.name, channel=entry.channel),
             )
-    before = both & (np.arange(both.size) < np.argmax(counted))
+    before = both & (number < np.argmax(counted))
     known = before if int(np.sum(before)) >= FEWEST_ROWS else both
     inputs = _inputs_of(model, entry.output, log)
-    part, fading = _fading(model, entry, log.time_s)
-    fading -= np.mean(fading[at_start], axis=0)
+    part, fading_of = _fading_of(model, entry, log.time_s, at_start)
     simulated, level = rest, at_start
-    start = StartOfLog(LogStart.REST, np.zeros(0), 0.0)
+    start, steady = StartOfLog(LogStart.REST, np.zeros(0), 0.0), None
     if asked.start is not LogStart.REST:
-        left = [measured - r.displacement_um for r in (rest, steady)]
-        left = [np.where(known, e - np.mean(e[at_start]), np.nan) for e in left]
         rise = inputs - _first_of(inputs, at_start)
         rms_k = np.sqrt(np.nansum(rise**2, axis=0) / np.maximum(np.sum(~np.isnan(rise), axis=0), 1))
         first_k = np.abs(rise[np.flatnonzero(np.all(~np.isnan(rise), axis=1))[:1]])
-        lefts = (left[0], left[1] if bool(np.any(first_k > AT_REFERENCE * rms_k)) else None)
-        start = start_of_log(log.time_s, measured, lefts, fading, part @ rms_k, asked.start)
-        simulated = steady if start.start is LogStart.STEADY else rest
+        if asked.start is LogStart.STEADY or bool(np.any(first_k > AT_REFERENCE * rms_k)):
+            steady = steady_run().outputs[entry.output]
+        left = [measured - one.displacement_um for one in (rest, steady) if one is not None]
+        left = [(e - np.mean(e[at_start]))[known] for e in left]
+        start = start_of_log(
+            log.time_s[known], measured[known], left, fading_of(known), part @ rms_k, asked.start
+        )
+        simulated = steady if steady and start.start is LogStart.STEADY else rest
         level = known if start.start is LogStart.FITTED else at_start
     displacement = simulated.displacement_um - float(np.mean(simulated.displacement_um[at_start]))
     contribution = simulated.contribution_um - np.mean(simulated.contribution_um[at_start], axis=0)
     if start.start is LogStart.FITTED:
+        fading = fading_of(np.ones_like(both))
         displacement += fading @ start.states_k + start.zero_um
         contribution += (fading * start.states_k) @ part
     static = _static_of(model, entry, held(inputs)[0])
@@ -493,7 +500,7 @@ def _verify_output(
         parts=simulated.parts,
         counted=counted,
         start=start,
-        failed=_failed(runs[0].bad),
+        failed=_failed(run.bad),
         start_rows=0 if asked.start is LogStart.STEADY else int(np.sum(known)),
         limited=limited,
         touched=_touched(
@@ -546,22 +553,29 @@ def _first_of(inputs: FloatArray, at_start: NDArray[np.bool_]) -> FloatArray:
     return found
 
 
-def _fading(
-    model: CompensationModel, entry: MeasuredOutput, time_s: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return to which part each lag belongs, (j, parts), and what one kelvin of it does, (n, j)."""
+def _fading_of(
+    model: CompensationModel,
+    entry: MeasuredOutput,
+    time_s: FloatArray,
+    at_start: NDArray[np.bool_],
+) -> tuple[FloatArray, Callable[[NDArray[np.bool_]], FloatArray]]:
+    """Return to which part each lag belongs, (j, parts), and what one kelvin of it does in rows.
+
+    That is relative to the mean at the start, (n, j).
+    """
     parts = next(o.parts for o in model.outputs if o.name == entry.output)
     lags = [
         (k, section.gain_um_per_k * gain_of(part, entry.diameter_mm), section.time_constant_s)
         for k, part in enumerate(parts)
         for section in part.sections
     ]
-    member = np.zeros((len(lags), len(parts)))
-    fading = np.empty((time_s.size, len(lags)))
-    for j, (k, gain, tau_s) in enumerate(lags):
-        member[j, k] = 1.0
-        fading[:, j] = gain * np.exp(-(time_s - time_s[0]) / tau_s)
-    return member, fading
+    number, gains, taus_s = np.array(lags).reshape(-1, 3).T
+
+    def fading(rows: NDArray[np.bool_]) -> FloatArray:
+        return gains * np.exp(-(time_s[rows, None] - time_s[0]) / taus_s)
+
+    zero = np.mean(fading(at_start), axis=0)
+    return np.eye(len(parts))[number.astype(np.intp)], lambda rows: fading(rows) - zero
 
 
 def _inputs_of(model: CompensationModel, output: str, log: ThermalLog) -> FloatArray:
