@@ -25,6 +25,9 @@ AT_REFERENCE = 0.15
 """First value over the root mean square of an input up to which it begins at its reference. [1]"""
 AMBIENT_LAGS_S = (1800.0, 7200.0, 28800.0)
 """Lags through which a drift may follow the ambient. [s]"""
+NODES, SHORTEST = 24, 1.0 / 12.0
+"""Rows of a block at whose ages the response of a lag is known, the others being between, exact to
+1e-14 [1]; and the shortest time constant over the length of a block for which that holds. [1]"""
 MANY_BLOCKS = 30
 """In a record of more blocks than these the rows of an unfinished last block are left out. [1]"""
 
@@ -54,6 +57,14 @@ class Segment:
     """Displacements measured per block, (blocks,). [1]"""
     measured: FloatArray | None
     """One where the displacement was measured, else zero, (blocks, rows); None if always."""
+    ages: FloatArray
+    """Ages within a block for which the next three are sums, (a,): every row's, or nodes. [row]"""
+    until_end: FloatArray
+    """Inputs by their age at the end of their block, (k, blocks, a). [K]"""
+    until_measured: FloatArray
+    """Mean over the measured rows of a block of its inputs by age, (k, blocks, a). [K]"""
+    since_begin: FloatArray
+    """Share of the measured rows by their time since the block's begin, (blocks, a). [1]"""
     zero: IntArray
     """Rows whose mean displacement is the experiment's zero; empty but in one segment, (z,)."""
     zero_um: float
@@ -83,28 +94,27 @@ class Segment:
         Notes
         -----
         Within a block the lag's state is linear in its value at the block's begin and in the
-        inputs. One product of matrices gives the sums of all lags, a recursion from block to block
-        the begins: the lags at the full rate without their series.
+        inputs, which fade by their age: one product of matrices gives the sums of all lags, and a
+        recursion from block to block the begins.
         """
         u, start = self.u[column], self.start[column]
         log_keep = -self.sample_time_s / time_constants_s
         alpha = -np.expm1(log_keep)
-        if self.measured is not None:
+        if not self._between(time_constants_s):
             return np.column_stack(
                 [self.means(recursion(1.0 - a, a * u[:-1], start)) for a in alpha.tolist()]
             )
-        later = np.arange(self.rows - 1, -1, -1.0)[:, None]
-        within = -np.expm1(later * log_keep) / self.rows
-        carried = alpha * np.exp(later * log_keep)
-        sums = u.reshape(self.blocks, self.rows) @ np.hstack([within, carried])
-        count = time_constants_s.size
-        keep_block = np.exp(self.rows * log_keep)
-        begin_weight = -np.expm1(self.rows * log_keep) / (self.rows * alpha)
-        means = np.empty((self.blocks, count))
-        for j in range(count):
-            begins = recursion(float(keep_block[j]), sums[:-1, count + j], start)
-            means[:, j] = sums[:, j] + begin_weight[j] * begins
-        return means
+        left = np.exp(np.outer(self.ages, log_keep))
+        ends = (self.until_end[column, :-1] @ left) * alpha
+        keep = np.exp(self.rows * log_keep).tolist()
+        begins = [recursion(k, e, start) for k, e in zip(keep, ends.T, strict=True)]
+        within = (self.until_measured[column] @ left) * alpha
+        return within + (self.since_begin @ left) * np.stack(begins, axis=1)
+
+    def _between(self, time_constants_s: FloatArray) -> bool:
+        """Whether the sums by age hold for these time constants."""
+        shortest_s = SHORTEST * self.rows * self.sample_time_s
+        return self.rows <= NODES or float(np.min(time_constants_s)) >= shortest_s
 
     def lag_zero(self, column: int, time_constants_s: FloatArray) -> FloatArray:
         """Return the mean of an input and of its lags at the rows of the zero, (1 + j,). [K]"""
@@ -121,12 +131,11 @@ class Segment:
     def fading_means(self, time_constants_s: FloatArray) -> FloatArray:
         """Return the mean per block of what is left of a unit start, (blocks, j). [1]"""
         log_keep = -self.sample_time_s / time_constants_s
-        if self.measured is not None:
+        if not self._between(time_constants_s):
             row = np.arange(self.blocks * self.rows, dtype=np.float64)
             return np.column_stack([self.means(np.exp(row * k)) for k in log_keep.tolist()])
         first = np.exp(self.rows * np.arange(self.blocks)[:, None] * log_keep)
-        within = np.expm1(self.rows * log_keep) / (self.rows * np.expm1(log_keep))
-        return np.asarray(first * within)
+        return np.asarray(first * (self.since_begin @ np.exp(np.outer(self.ages, log_keep))))
 
 
 def _block_means(values: FloatArray, rows: int, measured: FloatArray | None) -> FloatArray:
@@ -135,6 +144,46 @@ def _block_means(values: FloatArray, rows: int, measured: FloatArray | None) -> 
         return np.asarray(blocked.mean(axis=1), dtype=np.float64)
     total = np.einsum("br,br->b", blocked, measured)
     return np.asarray(total / np.maximum(measured.sum(axis=1), 1.0))
+
+
+def _ages(rows: int) -> tuple[FloatArray, FloatArray]:
+    """Return ages, (a,), and how much of each the whole ages of a block are, (rows, a).
+
+    The response of a lag is a polynomial in the age for all that counts.
+
+    References
+    ----------
+    Berrut and Trefethen 2004 (barycentric interpolation at Chebyshev points).
+    """
+    if rows <= NODES:
+        return np.arange(rows, dtype=np.float64), np.eye(rows)
+    angle = (np.arange(NODES) + 0.5) * np.pi / NODES
+    ages = 0.5 * (rows - 1) * (1.0 - np.cos(angle))
+    apart = np.arange(rows)[:, None] - ages
+    hit = np.abs(apart) < 1e-9
+    share = (-1.0) ** np.arange(NODES) * np.sin(angle) / np.where(hit, 1e-300, apart)
+    return ages, share / np.sum(share, axis=1, keepdims=True)
+
+
+def _by_age(
+    columns: Sequence[FloatArray], rows: int, counted: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the sums by age of a segment; `counted` are weights of its rows, (blocks, rows).
+
+    The mean over measured rows m of what was s rows before, sum of w(m) u(m - 1 - s), is a
+    correlation within the block.
+    """
+    ages, share = _ages(rows)
+    blocks, size = counted.shape[0], 1 << (2 * rows - 1).bit_length()
+    until_end = np.empty((len(columns), blocks, ages.size))
+    until_measured = np.empty_like(until_end)
+    weights = np.fft.rfft(counted, size)
+    for k, column in enumerate(columns):
+        u = column.reshape(blocks, rows)
+        until_end[k] = u @ share[::-1]
+        before = np.fft.irfft(weights * np.conj(np.fft.rfft(u, size)), size)
+        until_measured[k] = before[:, 1 : 1 + rows] @ share
+    return ages, until_end, until_measured, counted @ share
 
 
 def _without_gaps(values: FloatArray) -> FloatArray:
@@ -215,6 +264,9 @@ def _segment(
         mean = np.where(count > 0, np.nansum(blocked, axis=1) / np.maximum(count, 1.0), np.nan)
     if not np.any(count > 0):
         return None
+    weights = np.ones((blocks, rows)) if measured is None else measured
+    by_age = _by_age(columns, rows, weights / np.maximum(count, 1.0)[:, None])
+    ages, until_end, until_measured, since_begin = by_age
     return Segment(
         experiment=number,
         start_s=begin * experiment.sample_time_s,
@@ -226,6 +278,10 @@ def _segment(
         y=mean,
         count=count,
         measured=measured,
+        ages=ages,
+        until_end=until_end,
+        until_measured=until_measured,
+        since_begin=since_begin,
         zero=zero - begin,
         zero_um=float(np.mean(experiment.y[zero])) if zero.size else 0.0,
         ambient=_ambient_means(experiment, span, blocks, rows),
