@@ -8,7 +8,7 @@ from thermaxis.thermal import Experiment, SlowNoise
 from thermaxis.thermal.modal import segments_of
 from thermaxis.thermal.modal._evidence import Design, Sizes, log_evidence_of
 from thermaxis.thermal.modal._lags import compared
-from thermaxis.thermal.modal._slow_noise import WALK_PARTS, drift_basis, weighted_products
+from thermaxis.thermal.modal._slow_noise import WALK_PARTS, Weighing, drift_basis
 
 TAUS_S = np.array([30.0, 700.0, 20000.0])
 
@@ -87,7 +87,7 @@ def test_products_equal_those_of_the_full_covariance():
         covariance = np.diag(white)
         for share, correlation_s in noise.parts:
             covariance += share * np.exp(-np.abs(times[:, None] - times) / correlation_s)
-        found = weighted_products(columns, white, times, noise)
+        found = Weighing(columns, white, times).products(noise)
         products = columns.T @ np.linalg.solve(covariance, columns)
         assert found.gram == pytest.approx(products, rel=1e-9), noise
         assert found.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-9)

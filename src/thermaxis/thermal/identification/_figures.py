@@ -75,6 +75,7 @@ def static_gains(records: Records, name: str) -> FloatArray:
 
 
 _Runs = dict[str, list[VerifiedOutput]]
+_Left = dict[str, list[FloatArray]]
 _Judge = tuple[ThermalLog, tuple[int, int] | None]
 """A log along which a model runs, and the rows that count, None for all."""
 
@@ -98,8 +99,8 @@ def _runs(
 
 def _both_runs(
     found: Identification, records: Records, judges: Sequence[_Judge]
-) -> tuple[_Runs, _Runs]:
-    """Return the free runs of the models as written, and of the averages in their place."""
+) -> tuple[_Runs, _Left]:
+    """Return the free runs of the models as written, and what averages leave of their rows."""
     able = [output for output in found.outputs if output.model is not None]
     if not able:
         return {}, {}
@@ -108,16 +109,17 @@ def _both_runs(
     averages = [
         replace(o, model=simple_model(records, found.reference_of(o.name), rule)) for o in able
     ]
-    own, beside = (
-        _runs(
-            replace(found, outputs=tuple(outputs)).to_compensation_model(records),
-            measured,
-            judges,
-            records.reference_s,
-        )
-        for outputs in (able, averages)
-    )
-    return own, beside
+
+    def run(outputs: Sequence[IdentifiedOutput]) -> _Runs:
+        model = replace(found, outputs=tuple(outputs)).to_compensation_model(records)
+        return _runs(model, measured, judges, records.reference_s)
+
+    own = run(able)
+    left = {
+        name: [a.residual_um[o.counted] for a, o in zip(runs, own[name], strict=True)]
+        for name, runs in run(averages).items()
+    }
+    return own, left
 
 
 def with_figures(
@@ -134,7 +136,7 @@ def with_figures(
         runs, held_out = own.get(output.name), judged.get(output.name)
         if runs:
             trained = pooled_figures(runs)
-            averages = _left_um(runs, beside[output.name])
+            averages = _left_um(beside[output.name])
             output = replace(  # noqa: PLW2901 - the same output, with its figures
                 output,
                 trained=trained,
@@ -158,9 +160,8 @@ def with_figures(
     return replace(found, outputs=tuple(outputs))
 
 
-def _left_um(runs: Sequence[VerifiedOutput], beside: Sequence[VerifiedOutput]) -> float:
-    """Return what other runs leave of the rows that count in the runs of a model. [µm]"""
-    left = [one.residual_um[run.counted] for run, one in zip(runs, beside, strict=True)]
+def _left_um(left: Sequence[FloatArray]) -> float:
+    """Return the root mean square of what is left of the rows that count. [µm]"""
     return float(np.sqrt(np.nanmean(np.concatenate(left) ** 2)))
 
 
@@ -287,16 +288,17 @@ def _group(
             rows = _stretches(channels, logs, trained)
         folds = [(part_of(learnt), judges) for learnt, judges in rows]
     own: _Runs = {}
-    beside: _Runs = {}
+    beside: _Left = {}
     for part, judges in folds:
-        for total, new in zip((own, beside), _both_runs(again(part), part, judges), strict=True):
-            for name, found in new.items():
-                total.setdefault(name, []).extend(found)
+        runs_of, left_of = _both_runs(again(part), part, judges)
+        for name, runs in runs_of.items():
+            own.setdefault(name, []).extend(runs)
+            beside.setdefault(name, []).extend(left_of[name])
     judged: dict[str, HeldOut] = {}
     for name, runs in own.items():
         figures = pooled_figures(runs)
         hold_um, mean_um = _constants(runs)
-        rmse = _rmse(figures, _left_um(runs, beside[name]), hold=hold_um)
+        rmse = _rmse(figures, _left_um(beside[name]), hold=hold_um)
         starts = tuple(run.start.start for run in runs)
         judged[name] = HeldOut(what, figures.fit_percent, rmse, min(hold_um, mean_um), starts)
     return judged

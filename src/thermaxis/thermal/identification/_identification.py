@@ -213,7 +213,8 @@ def identify_joint(
     def estimated(part_of: Records, options: ModalOptions | None) -> Identification:
         with _determined(part_of):
             found = joint_gains(part_of, part, diameters_mm, options=options)
-            one = replace(_from_modal(part_of, found.reference, found.result), name=output)
+            one = _from_modal(part_of, found.reference, found.result)
+            one = replace(one, name=output, evidence=None)  # that of all diameters
         rule = Message("rule-joint", {"part": part, "reference": found.reference})
         return Identification(
             Method.MODAL, rule, (one,), stable=True, selection=None, warnings=(), joint=found
@@ -243,16 +244,19 @@ def _with_next_tests(found: Identification, records: Records) -> Identification:
     for output in found.outputs:
         if output.model is not None and output.posterior is not None:
             parts = output.model.parts
-            options = ModalOptions(delays_s=tuple(part.delay_s for part in parts))
-            experiments = records.experiments[found.reference_of(output.name)]
-            asked = next_test(response_evidence(experiments, options), names, alike)
+            evidence = output.evidence
+            if evidence is None:
+                options = ModalOptions(delays_s=tuple(part.delay_s for part in parts))
+                experiments = records.experiments[found.reference_of(output.name)]
+                evidence = response_evidence(experiments, options)
+            asked = next_test(evidence, names, alike)
             half = dict(zip(names, (1.96 * output.posterior.dc_std).tolist(), strict=True))
             known = {p.input_name for p in parts if half[p.input_name] <= KNOWN * abs(p.dc_gain)}
             not_asked = frozenset(around | known)
             open_um = {test.input: test.level_k * half[test.input] for test in asked.tests}
             settled_um = {name: um for name, um in open_um.items() if math.isfinite(um)}
             asked = replace(asked, not_asked=not_asked, settled_um=settled_um)
-            output = replace(output, next_test=asked)  # noqa: PLW2901 - the same output
+            output = replace(output, next_test=asked, evidence=None)  # noqa: PLW2901 - the same output
         outputs.append(output)
     return replace(found, outputs=tuple(outputs))
 
@@ -263,6 +267,7 @@ def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedO
         model=result.model,
         std=result.std,
         posterior=result.posterior,
+        evidence=result.evidence,
         noise_std_um=result.noise_std_um,
         slow_noise_std_um=result.slow_noise_std_um,
         static_gains_um_per_k=static_gains(records, name),

@@ -11,7 +11,13 @@ from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.identification._joint_gains import JointGains
 from thermaxis.thermal.identification._records import Records, compensation_model
-from thermaxis.thermal.modal import LagTrial, NextTest, PartStd, ResponsePosterior
+from thermaxis.thermal.modal import (
+    LagTrial,
+    NextTest,
+    PartStd,
+    ResponseEvidence,
+    ResponsePosterior,
+)
 from thermaxis.thermal.selection import SelectionResult
 from thermaxis.thermal.transfer_function import PolynomialResult, ThermalModel, combine_models
 from thermaxis.thermal.verification import (
@@ -99,6 +105,8 @@ class IdentifiedOutput:
     """Standard deviations, one per part; None within where the record does not support one."""
     posterior: ResponsePosterior | None = None
     """How sure its responses are; None where that is not known, or by the polynomials."""
+    evidence: ResponseEvidence | None = None
+    """What the record says before lags are chosen, until the next test is known."""
     noise_std_um: float | None = None
     """White noise of one reading, standard deviation; None where it was not estimated. [µm]"""
     slow_noise_std_um: float | None = None

@@ -6,6 +6,7 @@ from ._modal import (
     ModalOptions as ModalOptions,
     ModalResult as ModalResult,
     PartStd as PartStd,
+    ResponseEvidence as ResponseEvidence,
     modal as modal,
     response_evidence as response_evidence,
 )

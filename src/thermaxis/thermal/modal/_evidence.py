@@ -8,7 +8,7 @@ under which the record is most likely after all gains are averaged out (type II 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from typing import final
 
 import numpy as np
@@ -20,8 +20,8 @@ from thermaxis.thermal.modal._slow_noise import (
     WALK_PARTS,
     Products,
     SlowNoise,
+    Weighing,
     drift_basis,
-    weighted_products,
     with_drift,
 )
 
@@ -156,15 +156,17 @@ class Design:
         """Number of block means. [1]"""
         return sum(r.shape[0] for r in self.rows)
 
-    def joint(self, noise: SlowNoise) -> list[Products]:
-        """Return the products of all columns and of the basis, under the correlated noise alone."""
+    def weighing(self) -> list[Weighing]:
+        """Return what weighs all columns and those of the basis, under the correlated noise."""
         rows = list(self.rows)
         if self.basis:
             rows = [np.hstack(pair) for pair in zip(self.rows, self.basis, strict=True)]
         each = zip(rows, self.white_variance, self.times_s, strict=True)
-        return [
-            weighted_products(columns, white, times_s, noise) for columns, white, times_s in each
-        ]
+        return [Weighing(columns, white, times_s) for columns, white, times_s in each]
+
+    def joint(self, noise: SlowNoise, weighing: Sequence[Weighing] | None = None) -> list[Products]:
+        """Return the products of all columns and of the basis, under the correlated noise alone."""
+        return [one.products(noise) for one in weighing or self.weighing()]
 
     def products(
         self, noise: SlowNoise, joint: Sequence[Products] | None = None
@@ -435,7 +437,7 @@ def most_likely_sizes(
     steps = np.array([1.5, 1.5, 0.7, 1.5, *[2.0] * 4, *[2.0] * free])
     low = np.array([-6.0, -8.0, middle - MOST_LOG_CHANGE, -8.0, *[-8.0] * 4, *[AT_REST] * free])
     high = np.array([14.0, 14.0, middle + MOST_LOG_CHANGE, 12.0, *[20.0] * 4, *[12.0] * free])
-    joint = cache(design.joint)
+    joint = cache(partial(design.joint, weighing=design.weighing()))
 
     @cache
     def products(noise: SlowNoise) -> tuple[FloatArray, float]:

@@ -218,6 +218,8 @@ class ModalResult:
     """The best set of every number of lags, and the given one behind them."""
     posterior: ResponsePosterior | None
     """How sure its responses are; None where intervals were not asked for."""
+    evidence: "ResponseEvidence"
+    """What the record says before lags are chosen."""
     warnings: tuple[Message, ...]
     """What a user must know."""
     stable: bool = True
@@ -747,6 +749,7 @@ def _result(
         posterior=ResponsePosterior(tuple(components), model, units, dc_std)
         if components
         else None,
+        evidence=evidence,
         trials=trials,
         warnings=warnings,
     )

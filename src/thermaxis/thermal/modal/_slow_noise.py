@@ -107,10 +107,9 @@ def with_drift(joint: Products, columns: int, noise: SlowNoise) -> Products:
     return Products(gram, log_determinant)
 
 
-def weighted_products(
-    columns: FloatArray, white_variance: FloatArray, times_s: FloatArray, noise: SlowNoise
-) -> Products:
-    """Return the products of columns under the inverse covariance of a segment's stationary noise.
+@final
+class Weighing:
+    """Products of a segment's columns under one stationary noise after the other.
 
     Notes
     -----
@@ -121,21 +120,29 @@ def weighted_products(
     ----------
     Rasmussen and Williams 2006, appendix A.3 (matrix inversion lemma) and B (Markov processes).
     """
-    weight = 1.0 / white_variance
-    weighted = columns * weight[:, None]
-    gram = columns.T @ weighted
-    log_determinant = float(np.sum(np.log(white_variance)))
-    drifts = noise.parts
-    if not drifts:
-        return Products(gram, log_determinant)
-    factor, log_drift = _factor(weight, times_s, drifts)
-    count = len(drifts)
-    states = np.repeat(weighted, count, axis=0)
-    # With U'U = Q + D^-1, X' (U'U)^-1 X is the square of U'^-1 X.
-    whitened = np.asarray(dtbtrs(factor, states, uplo="U", trans="T")[0], dtype=np.float64)
-    gram -= whitened.T @ whitened
-    log_determinant += 2.0 * float(np.sum(np.log(factor[-1]))) + log_drift
-    return Products((gram + gram.T) / 2.0, log_determinant)
+
+    def __init__(
+        self, columns: FloatArray, white_variance: FloatArray, times_s: FloatArray
+    ) -> None:
+        self._weight, self._times_s = 1.0 / white_variance, times_s
+        weighted = columns * self._weight[:, None]
+        self._white = Products(columns.T @ weighted, float(np.sum(np.log(white_variance))))
+        self._transposed = np.ascontiguousarray(weighted.T)
+
+    def products(self, noise: SlowNoise) -> Products:
+        """Return the products of the columns under the inverse covariance of the noise."""
+        drifts = noise.parts
+        if not drifts:
+            return self._white
+        factor, log_drift = _factor(self._weight, self._times_s, drifts)
+        states = np.repeat(self._transposed, len(drifts), axis=1).T
+        # With U'U = Q + D^-1, X' (U'U)^-1 X is the square of U'^-1 X.
+        whitened = np.asarray(
+            dtbtrs(factor, states, uplo="U", trans="T", overwrite_b=True)[0], dtype=np.float64
+        )
+        gram = self._white.gram - whitened.T @ whitened
+        log_determinant = 2.0 * float(np.sum(np.log(factor[-1]))) + log_drift
+        return Products((gram + gram.T) / 2.0, self._white.log_determinant + log_determinant)
 
 
 def _factor(

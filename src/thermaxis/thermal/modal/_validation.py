@@ -9,7 +9,7 @@ import numpy as np
 
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.modal._lags import Linearised, Refined, Refinement
-from thermaxis.thermal.modal._slow_noise import weighted_products, with_drift
+from thermaxis.thermal.modal._slow_noise import Weighing, with_drift
 
 FOLDS = 6
 """Blocks that a record is cut into. [1]"""
@@ -50,7 +50,7 @@ def _products_of_blocks(
         for first, last in pairwise(edges):
             piece = slice(first, last)
             both = np.hstack([rows[piece], basis[piece]])
-            joint = weighted_products(both, white[piece], times_s[piece], noise)
+            joint = Weighing(both, white[piece], times_s[piece]).products(noise)
             found = with_drift(joint, rows.shape[1], noise)
             products.append(found.gram)
             blocks.append(rows[piece])
