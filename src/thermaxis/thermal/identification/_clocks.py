@@ -50,6 +50,7 @@ _RISES_OF_OUTPUT = np.linspace(-2.0, 2.0, 161)
 """Drifts of the displacement that are tried beside, as shares of its range. [1]"""
 _COLD = 0.1
 """Inputs that begin below this share of their range tell a cold start. [1]"""
+_LONGEST_S = 30.0 * 86400.0
 _STEP_S = 90.0
 _FAST_S = 600.0
 _REACH_S = 300.0
@@ -132,14 +133,14 @@ def _shift(
 
 
 def _without_gaps(record: Experiment) -> Experiment:
-    """Return the stretch of most displacements without a long gap in the inputs.
+    """Return the stretch of most displacements without a long gap in the inputs, a month at most.
 
     Every stretch has a start of its own, and a short one may be shifted out of its displacements.
     """
     every = segments_of([record], record.sample_time_s, (0.0,) * record.u.shape[1])
     longest = max(every, key=lambda segment: float(np.sum(segment.count)))
     first = round(longest.start_s / record.sample_time_s)
-    rows = slice(first, first + longest.blocks)
+    rows = slice(first, first + min(longest.blocks, int(_LONGEST_S / record.sample_time_s)))
     return replace(record, u=record.u[rows], y=record.y[rows], ambient_k=None)
 
 
