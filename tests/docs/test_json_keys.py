@@ -255,6 +255,9 @@ def write_machine(example: Path, folder: Path, found: dict[str, set[str]]) -> No
     asyncio.run(remembered(folder / "machine" / "lathe.history.db"))
     result = keys_written(["history", "events", str(path), *json_words], "events", found)
     assert result["events"]
+    (folder / "lake").mkdir()
+    words = ["history", "ship", str(path), str(folder / "lake"), *json_words]
+    keys_written(words, "ship", found)
     path.write_text(text.replace("largest_um", "largest"), encoding="utf-8")
     keys_written(["check", str(path), *json_words], "check", found, code=2)
     proof = StepProof("Z_um", 10.0, 0.0, 10.0, None, 10.1, 0.1, Message("event-step_proven"))

@@ -31,6 +31,7 @@ PUBLIC_PACKAGES = (
     "thermaxis.runtime.sources",
     "thermaxis.runtime.sinks",
     "thermaxis.runtime.history",
+    "thermaxis.fleet",
 )
 
 

@@ -10,12 +10,13 @@ import sys
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from thermaxis.cli._arguments import adder, count, positive_seconds, refuse_foreign
-from thermaxis.cli._json import write_json
+from thermaxis.cli._arguments import add_json, adder, count, positive_seconds, refuse_foreign
+from thermaxis.cli._json import show, write_json
 from thermaxis.cli._progress import Progress
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.table import parse_moment
+from thermaxis.report.tables import messages_of, values_of
 from thermaxis.runtime import EventRecord, history, read_machine
 from thermaxis.runtime.host import read_secret
 
@@ -72,6 +73,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_history(copy)
     adder(copy)("-o, --output FILE", "the copy, a new file", Path, required=True)
+    ship = actions.add_parser(
+        "ship", help="send finished hours and days to a lake, each once", allow_abbrev=False
+    )
+    _add_history(ship)
+    adder(ship)("lake LAKE", "folder, or a URL of fsspec such as s3://bucket/fleet")
+    add_json(ship)
 
 
 def _add_history(parser: argparse.ArgumentParser) -> None:
@@ -104,8 +111,10 @@ def _add_span(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Export, list, check or copy."""
+    """Export, list, check, copy or ship."""
     url, password = _address_of(arguments)
+    if arguments.action == "ship":
+        return _ship(arguments, url, password)
     actions = {"export": _export, "events": _events, "check": _check, "copy": _copy}
     actions[arguments.action](arguments, url, password)
     return 0
@@ -230,3 +239,16 @@ def _condition_text(found: history.Condition) -> str:
 def _copy(arguments: argparse.Namespace, url: str, _: str) -> None:
     history.copy_history(url, arguments.output)
     sys.stdout.write(f"written: {printable(str(arguments.output))}\n")
+
+
+def _ship(arguments: argparse.Namespace, url: str, password: str) -> int:
+    """Ship; the code is 1 where parts were kept apart or are damaged."""
+    from thermaxis import fleet  # noqa: PLC0415 - the other actions need no fsspec
+
+    lake = fleet.Lake(arguments.lake)
+    with history.HistoryReader(url, password) as reader, Progress() as progress:
+        sent = fleet.ship(reader.parts(), lake, report=progress)
+    text = f"{_number(sent.sent, 'part')} sent of {sent.parts}, {sent.sent_bytes / 1e6:.1f} MB"
+    parts = [text, *values_of(sent, "parts", "sent", "sent_bytes")]
+    show([*parts, *messages_of("remarks", sent.remarks, "remark")], arguments.json)
+    return 1 if sent.remarks else 0

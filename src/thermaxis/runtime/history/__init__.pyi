@@ -26,6 +26,12 @@ from ._integrity import (
 from ._none import (
     NoHistorian as NoHistorian,
 )
+from ._parts import (
+    MINUTE as MINUTE,
+    Part as Part,
+    machine_folder as machine_folder,
+    unjoined as unjoined,
+)
 from ._reader import (
     HistoryReader as HistoryReader,
     Trend as Trend,

@@ -9,7 +9,7 @@ one of its day has been joined to it and does not count.
 
 import os
 import re
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import date
 from pathlib import Path
@@ -77,14 +77,18 @@ def days_of(folder: Path) -> dict[date, Path]:
 
 def _every_part(folder: Path) -> list[Part]:
     names = (_PART.fullmatch(path.name) for path in folder.glob("cycles-*.parquet"))
-    every = [Part(int(name[1]), int(name[2]), folder) for name in names if name]
-    return sorted(every, key=lambda part: (part.first, -part.last))
+    return [Part(int(name[1]), int(name[2]), folder) for name in names if name]
 
 
 def parts_of(folder: Path) -> list[Part]:
     """Return the parts of a day in the order of recording, without those joined to others."""
+    return unjoined(_every_part(folder))
+
+
+def unjoined(parts: Iterable[Part]) -> list[Part]:
+    """Return parts of a day in the order of recording, without those that lie within another."""
     counted: list[Part] = []
-    for part in _every_part(folder):
+    for part in sorted(parts, key=lambda part: (part.first, -part.last)):
         if not counted or part.last > counted[-1].last:
             counted.append(part)
     return counted

@@ -6,7 +6,7 @@ its log. Cycles come in the order in which they were recorded, whatever a clock 
 
 import json
 import sqlite3
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -248,17 +248,28 @@ class HistoryReader:
             for name in t.cycle_tables(connection):
                 rows = t.rows(connection, name, ids, span, columns)
                 frames += islice(rows, 1 if none else None)
+        parts = [part for part in self._filed(closed, span) if part.first <= closed]
+        return pl.concat(frames, how="diagonal"), sorted(parts), closed
+
+    def _filed(self, closed: int, span: Span = (None, None)) -> Iterator[Part]:
         if closed and not self.folder.is_dir():
             raise DataError("history_folder_lost", place=Place(str(self.folder)))
         first, last = span
-        parts = [
-            part
-            for day, path in days_of(self.folder).items()
-            if (first is None or day >= first.date()) and (last is None or day <= last.date())
-            for part in parts_of(path)
-            if part.first <= closed
-        ]
-        return pl.concat(frames, how="diagonal"), sorted(parts), closed
+        for day, path in days_of(self.folder).items():
+            if (first is None or day >= first.date()) and (last is None or day <= last.date()):
+                yield from parts_of(path)
+
+    def parts(self) -> list[Part]:
+        """Return the files of finished hours and days, in the order of recording.
+
+        Raises
+        ------
+        DataError
+            If the history cannot be read, or its folder is away.
+        """
+        with self._asked() as connection:
+            closed = int(t.known_of(connection)[t.CLOSED])
+        return sorted(part for part in self._filed(closed) if part.last <= closed)
 
     def _schema(self, rows: pl.DataFrame, parts: Sequence[Part], _: int) -> pl.Schema:
         """Return the columns of files and rows together, those of the newest first."""
