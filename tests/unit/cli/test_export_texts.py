@@ -18,7 +18,6 @@ from thermaxis.cli.exchange import _export_files, export
 from thermaxis.cli.exchange._export_settings import Exported
 from thermaxis.compensation import CompensationModel, Output, Part, Provenance, Section, TrainingLog
 from thermaxis.files import write_model
-from thermaxis.plc import vectors_of
 
 FILTER = "remark_text"
 DIALECTS = {
@@ -81,8 +80,8 @@ def texts_of(dialect: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dic
     words += [*DIALECTS[dialect], "--name", hostile("q"), "-o", str(folder / "plc")]
     words += ["--limit", "20", "--rate", "0.5", "--plausible", "5:80"]
     monkeypatch.setattr(_export_files, "exported_of", of_a_machine)
-    few = partial(vectors_of, most_calls=50)
-    monkeypatch.setattr(plc, "vectors_of", few)
+    for function in ("vectors_of", "self_test_of"):
+        monkeypatch.setattr(plc, function, partial(getattr(plc, function), most_calls=50))
     files = _export_files.export_of(parser.parse_args(words)).files
     return {name: content.decode("utf-8") for name, content in files.items()}
 
