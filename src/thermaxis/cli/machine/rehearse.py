@@ -2,29 +2,30 @@
 
 Its model, rules and limits run in the real loop, in the same program as the lathe of thermaxis
 machine. Nodes, sign and unit of the configuration are not used; its channels must be those of the
-lathe. At the end the true tool point with and without the compensation is shown for every measuring
-position.
+lathe. Where touches are looked at, they are those of the lathe's own probe (--touch-every). At
+the end the true tool point with and without the compensation is shown for every measuring position.
 """
 
 import argparse
 import asyncio
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from statistics import fmean
 
 from thermaxis import runtime, virtual
-from thermaxis.cli._arguments import adder, number
+from thermaxis.cli._arguments import adder, number, positive_seconds
 from thermaxis.cli._json import show
 from thermaxis.cli.machine._machine_parts import loop_settings
 from thermaxis.codes import Place
-from thermaxis.compensation import Request, RequestKind
+from thermaxis.compensation import Request, RequestKind, TouchOutcome
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence, sentence_of
 from thermaxis.report.tables import Part, Table, Value
 from thermaxis.runtime.history import NoHistorian, SqlHistorian
-from thermaxis.virtual.lathe import INTERLOCKS, TRUE, UNCORRECTED
+from thermaxis.virtual.lathe import INTERLOCKS, TRUE, UNCORRECTED, lathe_names
 
 MOST_HOURS = 24.0 * 14
 """Longest rehearsal: two weeks; every cycle is kept for the file. [h]"""
@@ -49,8 +50,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         many=True,
     )
     add(
+        "--touch-every TIME",
+        "the lathe's own probe touches so often, and at once again when a touch was excluded"
+        " (default: never)",
+        positive_seconds,
+    )
+    add(
         "-o, --output FILE",
-        "every cycle as a row of CSV: true displacements with and without, correction, state",
+        "every cycle as a row of CSV: true displacements with and without, correction, what touches"
+        " add to it and the standard uncertainty that they leave, state",
         Path,
     )
     add("--history FILE", "record every cycle into this new SQLite file", Path)
@@ -69,7 +77,8 @@ def run(arguments: argparse.Namespace) -> int:
             known=", ".join(virtual.SENSORS),
         )
     faults = [virtual.parse_fault(text, virtual.FAULTY) for text in arguments.fault]
-    lathe = virtual.VirtualLathe(arguments.scenario, arguments.seed, None, faults)
+    settings = virtual.LatheSettings(touch_every_s=arguments.touch_every)
+    lathe = virtual.VirtualLathe(arguments.scenario, arguments.seed, settings, faults)
     endless = lathe.scenario.endless
     hours = arguments.hours or (24.0 if endless else lathe.scenario.duration_s / 3600.0)
     if arguments.history is not None and arguments.history.exists():
@@ -95,7 +104,8 @@ def build_rehearsal(
 ) -> runtime.CompensationLoop:
     """Make the loop of a configuration at the lathe in this program.
 
-    It reads all that the lathe has, and its interlocks; with `names` these signals alone.
+    It reads all that the lathe has, touches where they are looked at, and its interlocks; with
+    `names` these signals alone.
     """
     interlocks = () if names else tuple(INTERLOCKS)
     (output,) = configuration.outputs
@@ -107,7 +117,8 @@ def build_rehearsal(
         reads_diameter=False,
         at_stop=runtime.AtStop.LEAVE,
     )
-    source = virtual.LatheSource(lathe, clock, names=names, interlocks=interlocks)
+    read = names or lathe_names(touched=output in rules.touches)
+    source = virtual.LatheSource(lathe, clock, names=read, interlocks=interlocks)
     sink = virtual.LatheSink(lathe, clock, output=output)
     ports = runtime.Ports(source, sink, historian, clock)
     return runtime.CompensationLoop(rules, settings, ports, state_file=state_file)
@@ -153,6 +164,7 @@ class _Rehearsal:
         self.rows: list[tuple[float, ...]] = []
         self.states: list[str] = []
         self.reasons: dict[str, float] = {}
+        self.touches: list[TouchOutcome] = []
 
     async def play(self, hours: float) -> None:
         clock = runtime.VirtualClock()
@@ -171,8 +183,14 @@ class _Rehearsal:
     def _see(self, status: runtime.RuntimeStatus) -> None:
         lathe, output = self.lathe, status.output
         true, free = lathe.true_um.tolist(), lathe.uncorrected_um.tolist()
-        self.rows.append((lathe.time_s, *true, *free, output.correction_um[0]))
+        (offset_um,), (std_um,) = output.offset_um or (0.0,), output.offset_std_um or (None,)
+        std_um = math.nan if std_um is None else std_um
+        row = (lathe.time_s, *true, *free, output.correction_um[0], offset_um, std_um)
+        self.rows.append(row)
         self.states.append(str(output.state))
+        self.touches += output.touch_outcomes
+        if TouchOutcome.EXCLUDED in output.touch_outcomes:
+            lathe.ask_touch()
         for reason in output.reasons:
             seconds = self.reasons.get(str(reason), 0.0)
             self.reasons[str(reason)] = seconds + status.cycle_s
@@ -198,11 +216,24 @@ class _Rehearsal:
             Table("true peak-to-peak, um", table, words=1),
             f"states: {shares}",
             *(f"  {sentence(f'reason-{r}')}: {_length(s)}" for r, s in self.reasons.items()),
+            *self._touched(columns),
+        ]
+
+    def _touched(self, columns: Sequence[Sequence[float]]) -> list[str]:
+        """Return what became of touches, and of the true error by them; nothing without."""
+        if not self.touches:
+            return []
+        told = ", ".join(f"{self.touches.count(o)} {o}" for o in dict.fromkeys(self.touches))
+        with_um, free_um = (fmean(map(abs, columns[k])) for k in (1, 5))
+        return [
+            f"touches: {told}",
+            f"true mean error at the TCP, um: {free_um:.1f} without, {with_um:.1f} with",
         ]
 
     def write(self, path: Path) -> None:
         """Write every cycle as a line of CSV."""
-        heads = ("time_s", *TRUE, *UNCORRECTED, "correction_um", "state")
+        added = ("correction_um", "offset_um", "offset_std_um", "state")
+        heads = ("time_s", *TRUE, *UNCORRECTED, *added)
         with path.open("w", encoding="utf-8", newline="") as file:
             file.write(",".join(heads) + "\n")
             for row, state in zip(self.rows, self.states, strict=True):

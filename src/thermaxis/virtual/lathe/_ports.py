@@ -20,6 +20,7 @@ from thermaxis.runtime import (
     Sink,
     Source,
     SourceSample,
+    counter_name,
     interlock_name,
     probe_name,
     redundant_name,
@@ -36,15 +37,20 @@ INTERLOCKS: Final[Mapping[str, tuple[str, bool]]] = {
 """Signal and its value by the name of the interlock that it meets."""
 
 
-def lathe_names() -> Mapping[str, str]:
-    """Return the lathe's signal for every name that a loop may ask for."""
+def lathe_names(*, touched: bool = False) -> Mapping[str, str]:
+    """Return the lathe's signal for every name that a loop may ask for.
+
+    With `touched` the probe is the machine's own, in place of one that always measures.
+    """
     names = {name: name for name in SENSORS if "_2_" not in name}
     for name in SENSORS:
         if "_2_" in name:
             names[redundant_name(name.replace("_2_", "_"))] = name
     names[OTHER_COMPENSATION] = "own_compensation"
     names[DIAMETER] = "diameter_mm"
-    names[probe_name("Z_um")] = "Z_um"
+    names[probe_name("Z_um")] = "touch_um" if touched else "Z_um"
+    if touched:
+        names[counter_name("Z_um")] = "touch_count"
     return names
 
 
