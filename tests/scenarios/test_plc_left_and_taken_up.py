@@ -247,7 +247,7 @@ def lost(hour: float) -> float:
     return flickers(hour) if hour < 6.0 else math.nan
 
 
-@both
+@pytest.mark.parametrize(("language", "double"), [("st", True), ("c", True), ("c", False)])
 @pytest.mark.parametrize(
     ("room_c", "witness"),
     [
@@ -256,10 +256,10 @@ def lost(hour: float) -> float:
     ],
 )
 def test_a_column_that_stands_is_called_frozen_when_the_cycle_calls_it_so(
-    language: str, room_c: Callable[[float], float], witness: dict[str, Any]
+    language: str, double: bool, room_c: Callable[[float], float], witness: dict[str, Any]
 ) -> None:
     compensation = hall(**witness)
-    settings = export_settings(compensation, cycle_s=60.0, name="hall")
+    settings = export_settings(compensation, cycle_s=60.0, name="hall", double=double)
     block = Compiled(Block(settings=settings), language=language)
     frozen = list(SampleQuality).index(SampleQuality.FROZEN)
     found_s = math.inf

@@ -7,7 +7,7 @@ from math import frexp
 from typing import final
 
 from thermaxis.codes import Message, Place
-from thermaxis.compensation import LONGEST_STEP_CYCLES, Compensation, Part
+from thermaxis.compensation import LONGEST_REST, LONGEST_STEP_CYCLES, Compensation, Part
 from thermaxis.errors import ConfigurationError, require_count
 from thermaxis.plc._names import PlcNames, names_of
 from thermaxis.plc._numbers import stored
@@ -68,8 +68,6 @@ class PlcSettings:
         model = compensation.model
         if compensation.redundant:
             raise ConfigurationError("no_redundant_in_block", place=Place(key="redundant"))
-        if not self.double and any(rules.moves_with for rules in compensation.rules):
-            raise ConfigurationError("no_witness_in_block", place=Place(key="moves_with"))
         if compensation.touches:
             raise ConfigurationError("no_touches_in_block", place=Place(key="touches"))
         if compensation.interlocks != (INTERLOCK,):
@@ -134,8 +132,8 @@ def export_settings(
 ) -> PlcSettings:
     """Return what a PLC gets of a compensation.
 
-    The redundant sensors are left out, in REAL no sensor moves with another one, the interlocks are
-    one, and every delay is the nearest whole number of cycles; `notes` says which were changed.
+    The redundant sensors are left out, the interlocks are one, and every delay is the nearest whole
+    number of cycles; `notes` says which were changed.
 
     Parameters
     ----------
@@ -160,14 +158,8 @@ def export_settings(
     ConfigurationError
         If the cycle is not from 0.1 to 60 s, or as `PlcSettings` says.
     """
-    # In REAL the average of a witness would stand still.
-    alone = {
-        name: replace(compensation.sensors[name], moves_with="", rests_k=0.0)
-        for name in compensation.model.channels
-    }
     changed = replace(
         compensation,
-        sensors=compensation.sensors if double else alone,
         cycle_s=cycle_s,
         redundant=frozenset[str](),
         interlocks=(INTERLOCK,),
@@ -244,7 +236,10 @@ def _require_counted(settings: PlcSettings) -> None:
         (Place(key="supervisor"), rules.input_timeout_s + rules.hold_input_s),
         (Place(key="longest_hold_s"), compensation.model.longest_hold_s),
         *(
-            (Place(key="frozen_s", channel=channel), sensor.frozen_s)
+            (
+                Place(key="frozen_s", channel=channel),
+                sensor.frozen_s * (LONGEST_REST if sensor.moves_with else 1.0),
+            )
             for channel, sensor in compensation.sensors.items()
         ),
     ):

@@ -241,6 +241,18 @@ def test_an_s7_300_gets_real_by_itself_and_the_tolerance_is_said(tmp_path):
     assert code_of(*asked, "--cycle-s", "1", *STATED, "-o", tmp_path / "c") == "no_lreal_in_cpu"
 
 
+def test_how_long_a_temperature_may_stand_is_stated_or_told(tmp_path, capsys):
+    model = small_model(tmp_path / "x.json")
+    order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o", tmp_path / "plc")
+    run(*order)
+    assert "without any change for 4 h" in capsys.readouterr().out
+    run(*order, "--frozen-s", "7200", "--moves-with", "T=air:0.5", "--real", "32")
+    assert "without any change" not in capsys.readouterr().out
+    sensors = json.loads(contents(tmp_path / "plc")["tx_x.report.json"])["sensors"]
+    rows = {name: (s["frozen_s"], s["moves_with"], s["rests_k"]) for name, s in sensors.items()}
+    assert rows == {"T": (7200.0, "air", 0.5), "air": (7200.0, "", 0.0)}
+
+
 def test_a_delay_is_rounded_to_cycles_and_a_size_too_large_for_an_s7_300_is_warned_of(
     tmp_path, capsys
 ):
@@ -456,6 +468,11 @@ def test_an_empty_folder_is_taken_and_another_name_replaces_the_older_export(tmp
         ((*STATED, "--limit", "Y_um=3"), "unknown_name", "--limit"),
         ((*STATED, "--rate", "0.7"), "stated_twice", "--rate"),
         ((*STATED, "--at", "3"), "option_belongs_to", "--at"),
+        ((*STATED, "--moves-with", "Y=air:0.5"), "unknown_name", "--moves-with"),
+        ((*STATED, "--moves-with", "T=T:0.5"), "moves_with_itself", "--moves-with"),
+        ((*STATED, "--moves-with", "T=air:0"), "not_positive_up_to", "--moves-with"),
+        ((*STATED, "--frozen-s", "-1"), "outside_range", "--frozen-s"),
+        ((*STATED, "--frozen-s", "9", "--model-only"), "option_belongs_to", "--frozen-s"),
         ((*STATED, "--cpu", "s7-300"), "option_belongs_to", "--cpu"),
     ],
 )
@@ -492,6 +509,8 @@ def test_a_range_that_is_none_is_refused(capsys):
         with pytest.raises(SystemExit):
             words("m.json", "--dialect", "c", "--cycle-s", "1", "-o", "d", f"--plausible={text}")
         assert "--plausible" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        words("m.json", "--dialect", "c", "--cycle-s", "1", "-o", "d", "--moves-with", "T=air")
 
 
 # ---- positions of an axis -----------------------------------------------------------------------

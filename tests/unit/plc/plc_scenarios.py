@@ -136,7 +136,7 @@ def with_witness(settings: PlcSettings, seed: int) -> PlcSettings:
     compensation = settings.compensation
     first, *_, last = (*compensation.model.channels, compensation.model.channels[-1])
     moved, other = ((first, "air"), (first, last), (last, first), ("", ""))[seed % 4]
-    if not settings.double or moved == other:
+    if moved == other:
         return settings
     sensors = dict(compensation.sensors)
     own = sensors[moved]

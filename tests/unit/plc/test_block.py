@@ -956,6 +956,18 @@ def test_a_sensor_may_stand_for_longer_beside_one_that_hardly_moves() -> None:
     assert len(begins) == 6
 
 
+def beside_one_that_moves_slowly() -> Stated:
+    """A sensor changes while another one moves on, so far in all that it would be frozen."""
+    settings, _, values = resting()
+    rows = [{"t_spindle": 25.0 + (call > 30), "t_air": 20.0 + 0.02 * call} for call in range(46)]
+    return settings, rows, values
+
+
+def test_how_far_the_other_sensor_has_gone_counts_from_the_last_change() -> None:
+    qualities = {one.qualities[0] for one in side_by_side(*beside_one_that_moves_slowly())}
+    assert qualities == {SampleQuality.GOOD}
+
+
 def every_stated() -> list[Stated]:
     """Return the rows that are stated call by call, for the mutants of the library."""
     reset = with_read_back(reset_in_every_state())
@@ -970,6 +982,7 @@ def every_stated() -> list[Stated]:
         fading_late(),
         made_up_for(),
         resting(),
+        beside_one_that_moves_slowly(),
         acknowledged_with_every_request(),
         late_while_fading(),
         read_on_the_other_side(),

@@ -53,18 +53,6 @@ def test_an_export_has_the_cycle_of_the_plc_one_interlock_and_no_second_sensors(
     assert settings.notes == ()
 
 
-def test_in_real_no_sensor_moves_with_another_one() -> None:
-    plain = a_compensation(interlocks=("plc",))
-    rules = plain.sensors["t"]
-    resting = {"t": replace(rules, moves_with="air", rests_k=1.0), "air": rules}
-    given = replace(plain, sensors=resting)
-    assert exported(given).compensation.judged == ("t", "air")
-    alone = export_settings(given, cycle_s=1.0, name="z", double=False)
-    assert alone.compensation.rules == plain.rules
-    with refused("no_witness_in_block"):
-        PlcSettings(compensation=given, double=False)
-
-
 def test_a_block_refuses_touches_that_it_does_not_know() -> None:
     rules = TouchRules(limits=Limits(1.0, 0.1))
     given = a_compensation()

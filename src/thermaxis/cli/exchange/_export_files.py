@@ -60,6 +60,8 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     )
     settings = replace(settings, notes=(*exported.changed, *settings.notes))
     model_only: bool = arguments.model_only
+    if model_only:
+        refuse_foreign(arguments, "a block with sensors' rules", "--frozen-s", "--moves-with")
     if exported.away:
         refuse_foreign(arguments, "every dialect but sinumerik-tempcomp", "--model-only")
     # Whatever the library cannot carry is refused before the vectors are made, which take long.
@@ -101,7 +103,7 @@ def _export_of(arguments: argparse.Namespace) -> Export:
         (
             *setting_warnings(settings),
             *exported.warnings,
-            *_remarks(exported, target, size, double=settings.double),
+            *_remarks(exported, target, size, arguments),
         ),
     )
 
@@ -167,13 +169,15 @@ def _name_of(
 
 
 def _remarks(
-    exported: Exported, target: plc.Target, size: int | None, *, double: bool
+    exported: Exported, target: plc.Target, size: int | None, arguments: argparse.Namespace
 ) -> Iterator[Message]:
+    asked = arguments.machine or arguments.frozen_s or arguments.moves_with
+    if not (asked or arguments.model_only):
+        hours = exported.compensation.rules[0].frozen_s / 3600.0
+        yield Message("remark-frozen_by_default", {"hours": hours})
     if target.variant == "s7-300" and size and size > LARGEST_S7_300_BYTES:
         yield Message("remark-large_instance", {"size": size})
     if exported.compensation.redundant:
         yield Message("remark-no_redundant_in_block")
-    if not double and any(rules.moves_with for rules in exported.compensation.rules):
-        yield Message("remark-no_witness_in_block")
     if len(exported.compensation.interlocks) > 1:
         yield Message("remark-one_interlock", {"interlocks": exported.compensation.interlocks})

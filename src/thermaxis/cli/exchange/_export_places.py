@@ -22,6 +22,10 @@ _OPTIONS = {
     "lowest_c": "--plausible",
     "highest_c": "--plausible",
     "lowest_c, highest_c": "--plausible",
+    "frozen_s": "--frozen-s",
+    "moves_with": "--moves-with",
+    "rests_k": "--moves-with",
+    "sensors": "--moves-with",
     "slope": "--limit, --at",
 }
 _OF_MACHINE = {

@@ -82,6 +82,15 @@ def named_range(text: str) -> _Named[tuple[float, float]]:
     return name, (_finite(lowest), _finite(highest))
 
 
+def named_witness(text: str) -> _Named[tuple[str, float]]:
+    """Return a channel, the one that it moves with, and how far: ``T_column_C=T_air_C:0.5``."""
+    name, _, value = text.rpartition("=")
+    other, _, rests_k = value.rpartition(":")
+    if not (name and other):
+        raise argparse.ArgumentTypeError(f"'{text}' is none; write T_column_C=T_air_C:0.5")
+    return name, (other, _finite(rests_k))
+
+
 def named_direction(text: str) -> _Named[bool]:
     """Return a direction with or without a name before it: ``Z_um=away``."""
     name, _, word = text.rpartition("=")
@@ -238,7 +247,7 @@ def exported_of(arguments: argparse.Namespace, *, tempcomp: bool) -> Exported:
         away = tuple(stated[origin] for origin in origins)
     machine, warnings = "", tuple[Message, ...]()
     if arguments.machine is not None:
-        for option in ("--limit", "--rate", "--plausible"):
+        for option in ("--limit", "--rate", "--plausible", "--frozen-s", "--moves-with"):
             refuse_both(arguments, option, "--machine")
         compensation, configuration = _of_machine(arguments.machine, model, origins)
         machine = configuration.name
@@ -295,15 +304,22 @@ def _stated(
     outputs = tuple(output.name for output in model.outputs)
     largest = _by_name(arguments.limit, origins, "--limit", "OUTPUT=UM", "Z_um=100")
     rates = _by_name(arguments.rate, origins, "--rate", "OUTPUT=UM_PER_S", "Z_um=0.5")
-    ranges = _by_name(
-        arguments.plausible, model.channels, "--plausible", "CHANNEL=LOW:HIGH", "5:80"
-    )
+    witness = _only(arguments.moves_with, model.channels, "--moves-with")
+    channels = (*model.channels, *(other for other, _ in witness.values()))
+    form = "CHANNEL=LOW:HIGH"
+    ranges = _by_name(arguments.plausible, channels, "--plausible", form, "5:80")
+    frozen_s = _only(arguments.frozen_s, channels, "--frozen-s")
+    sensors: dict[str, SensorRules] = {}
+    for channel, (lowest_c, highest_c) in ranges.items():
+        other, rests_k = witness.get(channel, ("", 0.0))
+        rules = SensorRules(
+            lowest_c=lowest_c, highest_c=highest_c, moves_with=other, rests_k=rests_k
+        )
+        longest_s = frozen_s.get(channel, frozen_s.get("", rules.frozen_s))
+        sensors[channel] = replace(rules, frozen_s=longest_s)
     return Compensation(
         model=model,
-        sensors={
-            channel: SensorRules(lowest_c=lowest_c, highest_c=highest_c)
-            for channel, (lowest_c, highest_c) in ranges.items()
-        },
+        sensors=sensors,
         limits={
             name: Limits(largest[origin], rates[origin])
             for name, origin in zip(outputs, origins, strict=True)
@@ -316,17 +332,7 @@ def _by_name(
     stated: Sequence[_Named[_Value]], wanted: tuple[str, ...], option: str, form: str, example: str
 ) -> Mapping[str, _Value]:
     """Return what was stated of every name; one without a name counts for all the others."""
-    wanted = tuple(dict.fromkeys(wanted))
-    found = dict(stated)
-    require_unique(option, [name or option for name, _ in stated])
-    foreign = [name for name in found if name and name not in wanted]
-    if foreign:
-        raise ConfigurationError(
-            "unknown_name",
-            place=Place(key=option),
-            name=", ".join(foreign),
-            known=", ".join(wanted),
-        )
+    found = _only(stated, wanted, option)
     lacking = [name for name in wanted if name not in found and "" not in found]
     if lacking:
         raise ConfigurationError(
@@ -338,3 +344,20 @@ def _by_name(
             example=example,
         )
     return {name: found[name] if name in found else found[""] for name in wanted}
+
+
+def _only(
+    stated: Sequence[_Named[_Value]], known: Sequence[str], option: str
+) -> Mapping[str, _Value]:
+    """Return what was stated by name, of known names alone."""
+    found = dict(stated)
+    require_unique(option, [name or option for name, _ in stated])
+    foreign = [name for name in found if name and name not in known]
+    if foreign:
+        raise ConfigurationError(
+            "unknown_name",
+            place=Place(key=option),
+            name=", ".join(foreign),
+            known=", ".join(dict.fromkeys(known)),
+        )
+    return found

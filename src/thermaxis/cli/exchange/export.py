@@ -15,7 +15,12 @@ from thermaxis.cli._arguments import adder, positive_seconds
 from thermaxis.cli._json import write_json
 from thermaxis.cli.exchange._export_files import Export, export_of
 from thermaxis.cli.exchange._export_folder import require_folder, write_folder
-from thermaxis.cli.exchange._export_settings import named_direction, named_number, named_range
+from thermaxis.cli.exchange._export_settings import (
+    named_direction,
+    named_number,
+    named_range,
+    named_witness,
+)
 from thermaxis.codes import printable
 from thermaxis.plc import line_bounds, restart_warning
 
@@ -87,6 +92,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--plausible CHANNEL=LOW:HIGH", "range that is believed [degC]", named_range),
     ):
         add(usage, f"{text}; without a name for all the others", kind, many=True)
+    add(
+        "--frozen-s CHANNEL=S",
+        "longest time without any change, 0 for any; without a name for all the others (default:"
+        " 14400) [s]",
+        named_number,
+        many=True,
+    )
+    add(
+        "--moves-with CHANNEL=OTHER:K",
+        "it may stand for six times as long while OTHER goes no further than K; both as"
+        " `thermaxis channels` tells them from logs",
+        named_witness,
+        many=True,
+    )
     add(
         "--at MM",
         "position of the axis, once for every MODEL in their order; --at OUTPUT=MM for"

@@ -5,8 +5,6 @@
 error-no_redundant_in_block = A block has no redundant sensors.
     .remedy = Choose the better one before the block, and clear its ok where they differ.
 error-no_touches_in_block = A block knows no touches of a probe yet: export without them; the correction is then that of the model alone.
-error-no_witness_in_block = In a block in REAL no sensor moves with another one.
-    .remedy = Leave moves_with out: the block goes by frozen_s alone.
 error-one_interlock_in_block = A block has the one interlock { $interlock }.
     .remedy = Combine the conditions before the block.
 error-no_sha256 = The hash has not 64 hexadecimal digits.

@@ -12,7 +12,7 @@ warning-cycle_of_machine = the cycle is { $cycle_s } s here and { $machine_cycle
 warning-model_of_machine = the configuration of the machine is for the model { $model }, exported is { $exported }: its limits and rules may not suit it
 text-model_with_hash = { $name } ({ $sha256 })
 
+remark-frozen_by_default = a temperature without any change for { $hours } h counts as frozen, and the corrections go to zero, also where a good sensor of coarse steps rests in an even room. State --frozen-s or --moves-with: what thermaxis channels tells from logs
 remark-large_instance = the instance data take { $size } bytes, which small CPUs of the S7-300 class have no data block for: choose a longer cycle where delays are long
-remark-no_witness_in_block = the block in REAL goes by frozen_s alone: moves_with is left out
 remark-no_redundant_in_block = the block has no redundant sensors: choose between two before it
 remark-one_interlock = interlocks_met is one input for { $interlocks }

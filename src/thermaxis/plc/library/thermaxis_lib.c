@@ -195,7 +195,7 @@ static void sensor_good(tx_sensor *sensor, const tx_begin *begin, tx_number valu
     if (!sensor->known || value_c < sensor->good_c || value_c > sensor->good_c) {
         sensor->still_s = zero;
         sensor->start_known = sensor->mean_known;
-        sensor->start_c = sensor->mean_c;
+        sensor->start_c = sensor->mean.x_k;
         sensor->gone = false;
     }
     sensor->known = true;
@@ -254,17 +254,15 @@ static tx_number longest_stand(tx_sensor *sensor, const tx_sensor_rules sensor_r
     }
     if (!sensor->mean_known) {
         sensor->mean_known = true;
-        sensor->mean_c = witness->good_c;
+        tx_lag_start(&sensor->mean, witness->good_c);
     } else if (begin->passed) {
-        tx_number share = begin->elapsed_s / (witness_s + begin->elapsed_s);
-        tx_number moved_k = witness->good_c - sensor->mean_c;
-        moved_k = share * moved_k;
-        sensor->mean_c = sensor->mean_c + moved_k;
+        tx_lag_step(&sensor->mean, witness->good_c,
+                    begin->elapsed_s / (witness_s + begin->elapsed_s));
     }
-    tx_number away_k = sensor->mean_c - sensor->start_c;
+    tx_number away_k = sensor->mean.x_k - sensor->start_c;
     if (!sensor->start_known) {
         sensor->start_known = true;
-        sensor->start_c = sensor->mean_c;
+        sensor->start_c = sensor->mean.x_k;
     } else if (away_k > rules->rests_k || away_k < -rules->rests_k) {
         sensor->gone = true;
     }

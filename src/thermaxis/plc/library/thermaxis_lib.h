@@ -192,7 +192,7 @@ typedef struct {
     bool mean_known;
     bool start_known;
     bool gone; /* the witness has gone too far since this value changed */
-    tx_number mean_c; /* average of the witness */
+    tx_lag mean; /* average of the witness */
     tx_number start_c; /* the same when this value changed last */
 } tx_sensor;
 
