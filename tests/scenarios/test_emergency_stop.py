@@ -99,9 +99,13 @@ def pressed_for(duration_s: float, *, machine_rate_um_per_s: float, hold_s: floa
     return [one for one in seen if one.at_s >= PRESSED_S - 5.0]
 
 
-@pytest.mark.parametrize("hold_s", [0.0, 3600.0])
-@pytest.mark.parametrize("machine_rate_um_per_s", [2.0, 1e3])
-@pytest.mark.parametrize("duration_s", [4.0, 11.0, 200.0])
+@pytest.mark.parametrize(  # each value of one with each of another
+    ("duration_s", "machine_rate_um_per_s", "hold_s"),
+    [
+        *((4.0, 2.0, 0.0), (11.0, 2.0, 3600.0), (200.0, 2.0, 0.0)),
+        *((4.0, 1e3, 3600.0), (11.0, 1e3, 0.0), (200.0, 1e3, 3600.0)),
+    ],
+)
 def test_an_emergency_stop_is_no_fault_and_lets_nothing_go_when_it_is_released(
     duration_s: float, machine_rate_um_per_s: float, hold_s: float
 ) -> None:

@@ -30,7 +30,7 @@ from thermaxis.codes import Message, Place
 from thermaxis.files import read_positioning
 from thermaxis.messages import sentence, text_of
 from thermaxis.positioning import FIGURE_KEYS, evaluate_drift, evaluate_iso230_2, figures_by_key
-from thermaxis.report import _style
+from thermaxis.report.charts._figures import Chart
 from thermaxis.runtime import Role
 from thermaxis.screen.pages import positioning_page as _positioning_page
 from thermaxis.web.work._work import MOST_WAITING, Work
@@ -174,7 +174,7 @@ def real(
     fitted_once: Callable[[], AbstractContextManager[None]],
 ) -> Real:
     with fitted_once(), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(_style, "_settle", lambda figure: figure.set_layout_engine(None))
+        patch.setattr(Chart, "svg", lambda *_, **__: b'<svg xmlns="http://www.w3.org/2000/svg"/>')
         return Real(tmp_path_factory.mktemp("real"))
 
 
