@@ -36,6 +36,8 @@ class RequestKind(StrEnum):
     that had jumped."""
     DATUM = "datum"
     """Say that a datum was set, or an axis referenced, anew: touches have taught nothing yet."""
+    TOUCH = "touch"
+    """Take a touch that was read by hand."""
     MODEL = "model"
     """Take another model of the configured folder."""
 
@@ -50,11 +52,11 @@ class Request:
     who: str = ""
     """Name of the person or program that asks."""
     output: str = ""
-    """Output that a trim is for."""
+    """Output that a trim or a touch is for."""
     value: float | None = None
-    """Trim [µm] or diameter [mm]."""
+    """Trim [µm], touch [µm] or diameter [mm]."""
     duration_s: float | None = None
-    """Time after which a trim expires. [s]"""
+    """Time after which a trim expires, or since it was touched. [s]"""
     text: str = ""
     """File name of a model, or a remark."""
     identity: int = 0
@@ -111,6 +113,8 @@ class AnswerCode(StrEnum):
     """The fault's cause is still there: another compensation is active."""
     OFFSET_OUTSIDE_STILL = "offset_outside_still"
     """The fault's cause is still there: the offset lies outside the limits, and comes back."""
+    TOUCHED = "touched"
+    """What became of a touch is ``outcome``."""
     TOUCHES_FORGOTTEN = "touches_forgotten"
     """What touches have taught is forgotten; their offset leaves at its rate."""
     READ_BACK_DIFFERS_STILL = "read_back_differs_still"

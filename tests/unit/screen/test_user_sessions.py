@@ -670,7 +670,12 @@ async def test_what_is_remembered_of_ended_log_ins_is_bounded(place: Shop) -> No
 
 # ---- requests -----------------------------------------------------------------------------------
 
-ARGUMENTS = {"Trim": ("Z_um", 2.0, 3600.0), "Diameter": (1500.0,), "ChooseModel": ("new.json",)}
+ARGUMENTS = {
+    "Trim": ("Z_um", 2.0, 3600.0),
+    "Touch": ("Z_um", 2.0, 60.0),
+    "Diameter": (1500.0,),
+    "ChooseModel": ("new.json",),
+}
 
 
 @at_the_shop()

@@ -243,7 +243,7 @@ def build_sink(
 
 def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
     """Return what the loop needs besides the compensation."""
-    other = configuration.other_compensation
+    other, probes = configuration.other_compensation, configuration.probes
     return runtime.LoopSettings(
         machine=configuration.name,
         model_file=configuration.model.path.name,
@@ -257,5 +257,7 @@ def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
         stop_within_s=configuration.supervisor.stop_within_s,
         latch_offset_mismatch=configuration.supervisor.latch_offset_mismatch,
         replayed=configuration.source.kind == "replay",
+        touch_delay_s={name: one.delay_s for name, one in probes.items()},
+        wanted_std_um={n: one.wanted_std_um for n, one in probes.items() if one.wanted_std_um},
         configuration_sha256=configuration_sha256(configuration),
     )

@@ -5,6 +5,7 @@ request-resume = pokračovat
 request-trim = ruční posun
 request-diameter = průměr
 request-acknowledge = potvrdit
+request-touch = dotyk
 request-datum = nová vztažná poloha
 request-model = model
 
@@ -33,6 +34,7 @@ answer-acknowledged = porucha je potvrzena; zůstane vypnuta, dokud ji někdo ne
 answer-double_compensation_still = jiná kompenzace nebo zápis stále trvá: vypněte je, nebo počkejte minutu
 answer-offset_outside_still = posun stále leží mimo meze; vrací se povolenou rychlostí
 answer-read_back_differs_still = stroj stále hlásí jiný posun: zkontrolujte spojení a osu
+answer-touched = { CODE($outcome, "touch") }
 answer-touches_forgotten = co dotyky ukázaly, je zapomenuto; jejich posun odejde povolenou rychlostí
 answer-sensor_alarm_meanwhile = mezitím přišel alarm snímače: podívejte se na něj, pak potvrďte
 answer-ending = kompenzace se právě ukončuje

@@ -5,6 +5,7 @@ request-resume = Fortsetzen
 request-trim = Trimmung
 request-diameter = Durchmesser
 request-acknowledge = Quittieren
+request-touch = Antastung
 request-datum = Bezug neu gesetzt
 request-model = Modell
 
@@ -33,6 +34,7 @@ answer-acknowledged = die Störung ist quittiert; sie bleibt aus, bis sie einges
 answer-double_compensation_still = noch ist eine andere Kompensation oder ein Schreiber da: ausschalten oder eine Minute warten
 answer-offset_outside_still = der Versatz liegt noch außerhalb der Grenzen; er kommt von selbst zurück
 answer-read_back_differs_still = die Maschine meldet noch einen anderen Versatz: Verbindung und Achse prüfen
+answer-touched = { CODE($outcome, "touch") }
 answer-touches_forgotten = was Antastungen gelehrt haben, ist vergessen; ihr Versatz geht mit der erlaubten Änderungsrate zurück
 answer-sensor_alarm_meanwhile = inzwischen kam ein Alarm eines Sensors: ansehen, dann quittieren
 answer-ending = die Kompensation wird gerade beendet

@@ -7,6 +7,7 @@ request-resume = resume
 request-trim = trim
 request-diameter = diameter
 request-acknowledge = acknowledge
+request-touch = touch
 request-datum = datum set anew
 request-model = model
 
@@ -37,6 +38,7 @@ answer-acknowledged = the fault is acknowledged; it is off until it is enabled; 
 answer-double_compensation_still = another compensation or writer is still there: switch one off, or wait a minute
 answer-offset_outside_still = the offset still lies outside the limits; it comes back at the allowed rate
 answer-read_back_differs_still = the machine still reports another offset: check the connection and the axis
+answer-touched = { CODE($outcome, "touch") }
 answer-touches_forgotten = what touches have taught is forgotten; their offset leaves at the allowed rate
 answer-sensor_alarm_meanwhile = an alarm of a sensor came meanwhile: look at it, then acknowledge
 answer-ending = the loop is being ended

@@ -273,6 +273,12 @@ class ProbeSettings(TouchFilter):
     counter_node: Node = ""
     """Node of a whole number that a probing cycle raises when a new touch stands in `node`, as
     `thermaxis program --touch` does; it needs `largest_um`. Without it: `node` holds no touches."""
+    delay_s: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.0
+    """Time from the touch to its counter, such as the way back: what was in force that much earlier
+    counts. Default: the counter rises at once. [s]"""
+    wanted_std_um: Annotated[float | None, Field(gt=0.0, le=1000.0)] = None
+    """Standard uncertainty of the tool point from which `TouchNow` asks for a touch. Without it:
+    only a touch that does not fit asks for another one. [µm]"""
     largest_um: Annotated[float | None, Field(gt=0.0, le=LARGEST_LIMIT_UM)] = None
     """Limit of what touches add to the correction, up or down, inside the total; up to 10 000.
     Without it: no touch is looked at. [µm]"""

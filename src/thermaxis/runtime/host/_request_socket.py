@@ -11,13 +11,16 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final, NamedTuple, final
 
+from pydantic import TypeAdapter
+
 from thermaxis.codes import Message, Place, message_as_json, values_of_json
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._ports import LoopAnswer, RequestBox, RequestOutcome
 
 ASKED_HERE: Final = tuple(
-    RequestKind(kind) for kind in ("acknowledge", "disable", "hold", "datum", "resume", "enable")
+    RequestKind(kind)
+    for kind in ("acknowledge", "disable", "hold", "touch", "datum", "resume", "enable")
 )
 """What can be asked for; the last two where the configuration allows it."""
 _STARTS: Final = {RequestKind.RESUME, RequestKind.ENABLE}
@@ -25,6 +28,7 @@ LONGEST_ANSWER_S: Final = 70.0
 """An answer comes within a cycle, a minute at most. [s]"""
 _LONGEST_BYTES = 100_000
 _ASKED_WITHIN_S = 5.0
+_TOUCHED = TypeAdapter(tuple[str, float, float])
 _CREDENTIALS = "3i"
 
 
@@ -32,7 +36,8 @@ _CREDENTIALS = "3i"
 class RequestSocket:
     """Hands the loop what is asked at a socket of mode 0600 beside the state file.
 
-    The one who asks sends a word and a line's end; the answer is a line of JSON.
+    The one who asks sends a word, behind it what belongs to it as JSON, and a line's end; the
+    answer is a line of JSON.
 
     Not protected: every program of the loop's user, and root.
     """
@@ -63,17 +68,20 @@ class RequestSocket:
     async def _asked(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with suppress(OSError, TimeoutError, ValueError):
             async with asyncio.timeout(_ASKED_WITHIN_S):
-                kind = RequestKind((await reader.readline()).decode().strip())
-            outcome = await self._outcome(kind, _peer(writer))
+                word, _, told = (await reader.readline()).decode().partition(" ")
+                output, value, age_s = _TOUCHED.validate_json(told) if told else ("", None, None)
+            request = Request(RequestKind(word.strip()), _peer(writer), output, value, age_s)
+            outcome = await self._outcome(request)
             said = message_as_json(outcome.message) | {"accepted": outcome.accepted}
             writer.write(json.dumps(said).encode() + b"\n")
             await writer.drain()
         writer.close()
 
-    async def _outcome(self, kind: RequestKind, who: str) -> RequestOutcome:
+    async def _outcome(self, request: Request) -> RequestOutcome:
+        kind = request.kind
         if kind not in ASKED_HERE or (kind in _STARTS and not self._may_start):
             return RequestOutcome(accepted=False, code=LoopAnswer.NOT_AT_COMPUTER)
-        return await self._box.submit(Request(kind, who))
+        return await self._box.submit(request)
 
 
 class LocalAnswer(NamedTuple):
@@ -85,14 +93,20 @@ class LocalAnswer(NamedTuple):
     """Why not, or what follows."""
 
 
-def ask_loop(state_file: Path, kind: RequestKind) -> LocalAnswer:
-    """Ask the loop that keeps its state in a file, and wait for its next cycle."""
+def ask_loop(
+    state_file: Path, kind: RequestKind, touch: tuple[str, float, float] | None = None
+) -> LocalAnswer:
+    """Ask the loop that keeps its state in a file, and wait for its next cycle.
+
+    A touch is its output, value [µm] and age [s].
+    """
     path = _socket_of(state_file)
     try:
         with _reached(path) as name, socket.socket(socket.AF_UNIX) as asking:
             asking.settimeout(LONGEST_ANSWER_S)
             asking.connect(name)
-            asking.sendall(f"{kind}\n".encode())
+            told = "" if touch is None else f" {json.dumps(touch)}"
+            asking.sendall(f"{kind}{told}\n".encode())
             with asking.makefile("rb") as stream:
                 said = json.loads(stream.readline(_LONGEST_BYTES))
     except (OSError, ValueError) as error:

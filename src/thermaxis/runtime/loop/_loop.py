@@ -17,7 +17,6 @@ from thermaxis.compensation import (
     RequestKind,
     SampleQuality,
     SupervisorState,
-    Touch,
     cycle,
     cycle_state,
     with_compensation,
@@ -38,7 +37,7 @@ from thermaxis.runtime.loop._saved_state import SavedState, Saver, StateFile, ta
 from thermaxis.runtime.loop._self_test import SELF_TEST, SelfTest, with_self_test
 from thermaxis.runtime.loop._settings import AtStop, LoopSettings, Models, Ports
 from thermaxis.runtime.loop._telling import differing, record_of, status_of
-from thermaxis.runtime.loop._touches import Touches
+from thermaxis.runtime.loop._touches import Touches, judged_touches
 from thermaxis.runtime.status import (
     Alarm,
     RuntimeStatus,
@@ -134,7 +133,8 @@ class CompensationLoop:
         self._held_by, self._differing = "", tuple[str, ...]()
         self._known_s = 0.0
         self._test = SelfTest(self_test, self._journal)
-        self._touches = Touches(replayed=settings.replayed)
+        asked = settings.touch_delay_s, settings.wanted_std_um
+        self._touches = Touches(*asked, replayed=settings.replayed)
         self._diameter: float | None = None
         self._datum: float | None = None
         self._number = self._overruns = 0
@@ -271,11 +271,9 @@ class CompensationLoop:
         self._number += 1
         wait_s = min(max(0.5 * self.compensation.cycle_s, SHORTEST_WAIT_S), LONGEST_WAIT_S)
         samples = await self.source.read(wait_s)
-        samples, touches = self._touches.take(self.compensation, samples, self._state, now_s)
         found = await self._machine.look(self._number, wait_s)
         self._test.watch(now_s, there=self.source.connected and self.sink.connected)
-        output = self._compute(now_s, samples, found, touches)
-        self._touches.judged(self._journal, touches, output, self.clock.utc())
+        samples, output = self._compute(now_s, samples, found)
         await self._machine.write(output, wait_s, ready=self._ready)
         self._record(now_s, lateness_s, samples, output)
         memory = self._state.memory
@@ -299,9 +297,8 @@ class CompensationLoop:
         now_s: float,
         samples: Mapping[str, SourceSample],
         found: Found,
-        touches: tuple[Touch, ...],
-    ) -> CycleOutput:
-        """Answer requests, advance the model and limit the correction."""
+    ) -> tuple[Mapping[str, SourceSample], CycleOutput]:
+        """Answer requests, take touches, advance the model and limit the correction."""
         if self._ready or not self.sink.connected or self._test.forbidden is None:
             self._known_s = now_s
         waiting, own = self._requests.take()
@@ -324,14 +321,21 @@ class CompensationLoop:
             self._machine.interlocked_s = now_s
         waiting = self._requests.without_unseen(waiting, self._doubted(reading, waiting))
         asked = [one.request for one in waiting if one.change is None]
+        typed = [one for one in asked if one.kind is RequestKind.TOUCH and one.value is not None]
+        typed = typed if self.compensation.touches else []
+        asked = [one for one in asked if one not in typed]
+        taken = self._touches.take(self.compensation, samples, self._state, now_s, typed)
+        samples, touches = taken
         reading = reading._replace(requests=(*asked, *own), touches=touches)
         self._state, output = cycle(self.compensation, self._state, reading)
         unlike = {*differing(self.compensation, self._state.memory, found, output)}
         unlike |= standing(self._machine.rules, self._machine.offsets)
         self._differing = tuple(name for name in self._names if name in unlike)
-        self._requests.answer(waiting, output.answers)
-        self._heed(waiting, output.answers)
-        return output
+        answers = (*output.answers, *judged_touches(typed, output))
+        self._requests.answer(waiting, answers)
+        self._heed(waiting, answers)
+        self._touches.judged(self._journal, touches, output, self.clock.utc())
+        return samples, output
 
     # ---- what is asked -------------------------------------------------------------------------
 
@@ -362,12 +366,14 @@ class CompensationLoop:
         self.settings = replace(self.settings, model_file=waiting.request.text, model_sha256=sha256)
 
     def _doubted(self, reading: CycleReading, waiting: Sequence[Waiting]) -> set[str]:
-        """Return the sensors whose present value an Acknowledge would accept, if one is asked."""
+        """Return the alarms that an Acknowledge would end, of sensors and touches, if asked."""
         if not any(one.request.kind is RequestKind.ACKNOWLEDGE for one in waiting):
             return set()
         _, output = cycle(self.compensation, self._state, reading)
         rows = zip(self.compensation.judged, output.qualities, strict=True)
-        return {sensor_key(name) for name, quality in rows if quality in _ACCEPTED_ANEW}
+        doubted = {sensor_key(name) for name, quality in rows if quality in _ACCEPTED_ANEW}
+        void = (k for k, one in enumerate(self._state.offsets) if one.off)
+        return doubted | {f"touch void {self._names[k]}" for k in void}
 
     def _heed(self, waiting: Sequence[Waiting], answers: Sequence[Answer]) -> None:
         """Tell no more of what somebody has seen or decided."""

@@ -48,6 +48,10 @@ class LoopSettings:
     somebody acknowledges it."""
     replayed: bool = False
     """Whether a log is replayed, whose machine was not corrected."""
+    touch_delay_s: Mapping[str, float] = field(default_factory=dict[str, float])
+    """By how much a touch is older than its counter, by output. [s]"""
+    wanted_std_um: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Standard uncertainty of the tool point from which a touch is wanted, by output. [µm]"""
     configuration_sha256: str = ""
     """Hash of the configuration's rules, told with every status; empty where there is none."""
 

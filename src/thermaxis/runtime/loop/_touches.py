@@ -1,14 +1,27 @@
 """Touches in what was read: every number of a probing cycle once, and what became of each."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import final
 
-from thermaxis.compensation import Compensation, CycleOutput, CycleState, Touch
+from thermaxis.compensation import (
+    Answer,
+    AnswerCode,
+    Compensation,
+    CycleOutput,
+    CycleState,
+    OffsetState,
+    Request,
+    Touch,
+    TouchOutcome,
+    TouchRules,
+)
 from thermaxis.runtime._ports import NOT_READ, SourceSample, counter_name, probe_name
 from thermaxis.runtime.loop._journal import Journal
 from thermaxis.runtime.status import OutputTouches
 
+_BELIEVED = {TouchOutcome.BELIEVED, TouchOutcome.CONFIRMED}
 _NO_PROBE = SourceSample(None, good=True, status="GoodNoData", age_s=None)
 
 
@@ -25,8 +38,15 @@ class Touches:
     Not protected: a counter that a gateway stamps anew when it comes back has risen then.
     """
 
-    def __init__(self, *, replayed: bool = False) -> None:
+    def __init__(
+        self,
+        delay_s: Mapping[str, float] | None = None,
+        wanted_std_um: Mapping[str, float] | None = None,
+        *,
+        replayed: bool = False,
+    ) -> None:
         self._replayed = replayed
+        self._delay_s, self._wanted_std_um = delay_s or {}, wanted_std_um or {}
         self._seen: dict[str, tuple[float, float]] = {}  # counter, and when it was seen first [s]
         self._taken: dict[str, float] = {}
         self._count = 0
@@ -40,8 +60,12 @@ class Touches:
         samples: Mapping[str, SourceSample],
         state: CycleState,
         now_s: float,
+        typed: Sequence[Request] = (),
     ) -> tuple[Mapping[str, SourceSample], tuple[Touch, ...]]:
-        """Return what was read, with probes that have a value at a touch only, and new touches."""
+        """Return what was read, with probes that have a value at a touch only, and new touches.
+
+        Those that somebody has typed are the last.
+        """
         if not compensation.touches:
             return samples, ()
         touches: list[Touch] = []
@@ -52,17 +76,21 @@ class Touches:
             name, sample = output.name, samples.get(probe_name(output.name), _NO_PROBE)
             at_s = self._risen(name, samples.get(counter_name(name), NOT_READ), now_s)
             left[probe_name(name)] = sample._replace(value=None)
-            if at_s is None or sample.value is None or not sample.good:
+            value_um = sample.value if sample.good else None
+            if at_s is None or value_um is None or not math.isfinite(value_um):
                 continue
             self._taken[name] = self._seen[name][0]
-            value_um = sample.value
             if self._replayed:  # the log's machine was not corrected
                 value_um += state.correction_um[compensation.model.outputs.index(output)]
+            at_s -= self._delay_s.get(name, 0.0)
+            touches.append(Touch(name, value_um, at_s))
+        touches += [Touch(t.output, t.value or 0.0, now_s - (t.duration_s or 0.0)) for t in typed]
+        for k, touch in enumerate(touches):
             self._count += 1
-            touches.append(Touch(name, value_um, at_s, self._count))
-            left[probe_name(name)] = SourceSample(
-                value_um, good=True, age_s=now_s - at_s, source_time=sample.source_time
-            )
+            touches[k] = touch._replace(number=self._count)
+            if touch.output in compensation.touches:
+                sample = SourceSample(touch.value_um, good=True, age_s=now_s - touch.time_s)
+                left[probe_name(touch.output)] = sample
         return left, tuple(touches)
 
     def _risen(self, name: str, counter: SourceSample, now_s: float) -> float | None:
@@ -72,6 +100,7 @@ class Touches:
             return None
         if count <= self._taken.setdefault(name, count):
             self._taken[name] = count
+            self._seen.pop(name, None)
             return None
         seen, at_s = self._seen.get(name, (None, now_s))
         if seen != count:
@@ -87,10 +116,23 @@ class Touches:
         self.outcomes = {}
         for touch, outcome in zip(touches, output.touch_outcomes, strict=True):
             name, value_um = touch.output, touch.value_um
+            if outcome is TouchOutcome.UNKNOWN_OUTPUT:
+                continue
             self.outcomes[name] = outcome.value
             self._last[name] = OutputTouches(outcome=outcome, touched=utc, value_um=value_um)
             values = {"name": name, "value_um": value_um, "outcome": outcome.value}
             journal.event("touch", "event-touch", values)
+
+    def _wants_more(self, rules: TouchRules, name: str, one: OffsetState, std_um: float) -> bool:
+        """Whether a touch would pay: the last one asks for another, or was too long ago."""
+        last = self._last.get(name)
+        confirmed = last is not None and last.outcome == TouchOutcome.CONFIRMED
+        if confirmed and one.belief is not None and rules.acts:  # wanted when it has arrived
+            most_um, to_um = rules.limits.largest_um, -one.belief.offset_um
+            to_um = min(max(to_um, -most_um), most_um)
+            confirmed = abs(one.in_force_um - to_um) < rules.noise_um
+        late = std_um > self._wanted_std_um.get(name, math.inf)
+        return not one.off and (late or confirmed or one.excluded > 0)
 
     def told(
         self, compensation: Compensation, state: CycleState, output: CycleOutput
@@ -104,9 +146,19 @@ class Touches:
                 std_um=std_um,
                 known_um=None if one.belief is None else one.belief.offset_um,
                 again=one.excluded > 0,
+                now=self._wants_more(compensation.touches[of.name], of.name, one, std_um or 0.0),
                 void=one.off,
                 acts=compensation.touches[of.name].acts,
             )
             for of, one, um, std_um in rows
             if of.name in compensation.touches
         }
+
+
+def judged_touches(typed: Sequence[Request], output: CycleOutput) -> list[Answer]:
+    """Return the answers to touches that were typed: the last ones of a cycle."""
+    outcomes = output.touch_outcomes[len(output.touch_outcomes) - len(typed) :]
+    return [
+        Answer(request, outcome in _BELIEVED, AnswerCode.TOUCHED, {"outcome": outcome.value})
+        for request, outcome in zip(typed, outcomes, strict=True)
+    ]

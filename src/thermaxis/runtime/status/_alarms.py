@@ -58,7 +58,7 @@ ALARMS: Final[Mapping[str, AlarmKind]] = {
     "no_effect": AlarmKind("no effect", "high"),
     "limit": AlarmKind("limit", "critical"),
     "touch_excluded": AlarmKind("touch", "medium"),
-    "touch_void": AlarmKind("touch", "high"),
+    "touch_void": AlarmKind("touch void", "high"),
     "soft_limit": AlarmKind("soft limit", "medium"),
     "validity": AlarmKind("validity", "medium"),
     "behind": AlarmKind("behind", "medium"),

@@ -371,6 +371,9 @@ _OF_AN_OUTPUT = (
     _F("OffsetVoid", "offset_void", "offset_void", _K.FLAG, "", "touches.*.void",
        "Whether touches do not see the correction: their offset is off until an Acknowledge.",
        prompt=True),
+    _F("TouchNow", "touch_now", "touch_now", _K.FLAG, "", "touches.*.now",
+       "Whether to touch now: the uncertainty passes `wanted_std_um`, or the last touch asks for"
+       " another one.", prompt=True),
     _F("Touch", "touch_um", "", _K.NUMBER, "µm", "touches.*.value_um",
        "What the last touch showed.", missing=NONE_STATED),
     _F("TouchOutcome", "touch_outcome", "", _K.TEXT, "", "touches.*.outcome",

@@ -52,6 +52,12 @@ _TRIM = (
     Argument("value_um", _Number, "The amount. [µm]", "value"),
     Argument("duration_s", _Number, "Time until it expires. [s]", "duration_s"),
 )
+_TOUCH = (
+    Argument("output", _Text, "Name of the output.", "output"),
+    Argument("value_um", _Number, "What it showed, positive away from the workpiece. [µm]",
+             "value"),
+    Argument("age_s", _Number, "Time since it was touched. [s]", "duration_s"),
+)  # fmt: skip
 _DIAMETER = (Argument("diameter_mm", _Number, "Clamping diameter. [mm]", "value"),)
 _FILE = (Argument("file", _Text, "Its file name, without a folder.", "text"),)
 ASKS = (
@@ -62,6 +68,9 @@ ASKS = (
     Ask("Acknowledge", _K.ACKNOWLEDGE, "Say that a fault was seen and its cause removed."),
     Ask("Trim", _K.TRIM, "Add a bounded amount to one output until it expires; 0 ends a trim.",
         _TRIM),
+    Ask("Touch", _K.TOUCH, "Take a touch that was read by hand.", _TOUCH),
+    Ask("Datum", _K.DATUM,
+        "Say that a datum was set, or an axis referenced, anew: touches have taught nothing yet."),
     Ask("Diameter", _K.DIAMETER, "State the clamping diameter of the workpiece.", _DIAMETER),
     Ask("NoDiameter", _K.DIAMETER, "State that the tool centre point counts, not a diameter."),
     Ask("ChooseModel", _K.MODEL, "Take another model of the configured folder.", _FILE,

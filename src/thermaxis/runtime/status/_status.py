@@ -96,6 +96,9 @@ class OutputTouches(NamedTuple):
     """Whether it was excluded, so that a second one is wanted."""
     acts: bool = False
     """Whether the offset is added, and not only shown."""
+    now: bool = False
+    """Whether it is time to touch: what is wanted of the uncertainty is passed, or the last touch
+    asks for another one."""
     void: bool = False
     """Whether touches do not see the correction: the offset stays off until an Acknowledge."""
 
