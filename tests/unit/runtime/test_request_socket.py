@@ -58,6 +58,23 @@ def test_a_request_reaches_the_loop_with_the_users_name_and_its_answer_comes_bac
     assert {one.who for one in box.asked} == {f"{getpass.getuser()} at the computer"}
 
 
+def test_a_touch_reaches_the_loop_with_output_value_and_age(tmp_path: Path) -> None:
+    box = Box()
+    state = tmp_path / "lathe.state.json"
+
+    async def life() -> LocalAnswer:
+        here = RequestSocket(state, box, may_start=False)
+        await here.open()
+        touch = ("Z_um", -3.5, 60.0)
+        found = await asyncio.to_thread(ask_loop, state, RequestKind.TOUCH, touch)
+        await here.close()
+        return found
+
+    assert asyncio.run(life()).accepted
+    (asked,) = box.asked
+    assert (asked.output, asked.value, asked.duration_s) == ("Z_um", -3.5, 60.0)
+
+
 @pytest.mark.parametrize("may_start", [False, True])
 def test_nothing_is_started_at_the_computer_unless_the_configuration_allows_it(
     tmp_path: Path, may_start: bool

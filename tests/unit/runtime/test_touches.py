@@ -5,6 +5,7 @@ from asyncio import Event, TaskGroup, sleep
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -26,7 +27,7 @@ from thermaxis.cli.machine._machine_parts import (
     nodes_read,
     probes_read,
 )
-from thermaxis.compensation import Limits, RequestKind, TouchRules
+from thermaxis.compensation import Limits, Request, RequestKind, TouchRules
 from thermaxis.runtime import (
     DATUM,
     CompensationLoop,
@@ -48,13 +49,15 @@ PROBE, COUNTER = probe_name("Z_um"), counter_name("Z_um")
 LACKS_UM = 4.0
 """What the model lacks of the displacement. [µm]"""
 RULES = TouchRules(limits=Limits(8.0, 0.1), acts=True)
+WRONG_SIGN = replace(RULES, limits=Limits(20.0, 0.4), start_um=20.0, noise_um=0.2)
+"""Rules by which a wrong sign is found after few touches."""
 
 
 class Probing(SimulatedMachine):
     """A machine whose probing cycle leaves value and counter."""
 
-    def __init__(self, counter: float = 7.0) -> None:
-        super().__init__({"s": 23.0, "c": 20.0, **FLAGS, PROBE: 0.0, COUNTER: counter})
+    def __init__(self) -> None:
+        super().__init__({"s": 23.0, "c": 20.0, **FLAGS, PROBE: 0.0, COUNTER: 7.0})
         self.sees = 1.0
         self.age_s = 0.0
 
@@ -74,8 +77,8 @@ class Stamped(SimulatedSource):
 class Bench(Rig):
     """A rig with a probing cycle."""
 
-    def __init__(self, rules: TouchRules = RULES, counter: float = 7.0) -> None:
-        super().__init__(machine=Probing(counter), touches=rules)
+    def __init__(self, rules: TouchRules = RULES, **more: Any) -> None:
+        super().__init__(machine=Probing(), touches=rules, **more)
 
     @property
     def outcomes(self) -> list[str]:
@@ -125,8 +128,9 @@ async def test_each_number_is_taken_once_and_neither_the_first_nor_one_that_fall
         bench.machine.values |= {PROBE: 0.0, COUNTER: 0.0}  # a control that was started anew
         await sleep(10.0)
         assert bench.outcomes == ["believed"]
-        await bench.touched()
-        assert bench.outcomes == ["believed"] * 2
+        for _ in range(8):  # up to numbers that it has had before
+            await bench.touched()
+        assert bench.outcomes == ["believed"] * 9
     before = len(bench.outcomes)
     async with bench.running():
         await sleep(30.0)
@@ -177,6 +181,95 @@ async def test_a_touch_refers_to_the_correction_in_force_when_its_counter_rose(
             assert touches_of(loop).known_um == pytest.approx(LACKS_UM * 25.0 / 26.0, abs=0.6)
 
 
+async def test_a_counter_that_rises_on_the_way_back_refers_to_what_was_in_force_before() -> None:
+    bench = Bench()
+    machine = bench.machine
+    async with bench.running(touch_delay_s={"Z_um": 20.0}) as loop:
+        await enabled_for(loop, 30.0)
+        machine.values[PROBE] = -GOAL_UM + LACKS_UM + machine.z_um
+        await sleep(20.0)
+        machine.values[COUNTER] += 1.0
+        await sleep(3.0)
+        assert touches_of(loop).known_um == pytest.approx(LACKS_UM * 25.0 / 26.0, abs=0.6)
+
+
+# ---- typed, and asked for ------------------------------------------------------------------------
+
+
+async def test_a_touch_that_somebody_types_counts_and_its_answer_says_what_became_of_it() -> None:
+    bench = Bench()
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+
+        async def type_in(output: str = "Z_um", um: float | None = LACKS_UM, age_s: float = 5.0):
+            touch = Request(RequestKind.TOUCH, "Jana", output, um, age_s)
+            said = await loop.submit(touch)
+            return said.accepted, str(said.code), said.values.get("outcome")
+
+        assert await type_in() == (True, "touched", "believed")
+        assert await type_in(um=60.0) == (False, "touched", "excluded")
+        assert await type_in("X_um") == (False, "touched", "unknown_output")
+        assert await type_in(age_s=1e6) == (False, "touched", "untimely")
+        assert await type_in(age_s=-60.0) == (False, "touched", "untimely")
+        assert await type_in(um=None) == (False, "not_supported", None)
+        assert touches_of(loop).known_um == pytest.approx(LACKS_UM * 25.0 / 26.0, abs=0.1)
+    async with Rig().running() as loop:
+        assert not await ask(loop, RequestKind.TOUCH, output="Z_um", value=1.0)
+    asked = [event for event in bench.said("request") if event.details["kind"] == "touch"]
+    assert {event.who for event in asked} == {"Jana"}
+
+
+async def test_it_is_time_to_touch_when_the_uncertainty_passes_what_is_wanted() -> None:
+    bench = Bench()
+    async with bench.running(wanted_std_um={"Z_um": 1.5}) as loop:
+        await enabled_for(loop, 100.0)
+        assert touches_of(loop).now  # nothing was touched
+        await bench.touched(30.0)
+        assert not touches_of(loop).now
+        # 0.98^2 + 4 um^2/h t = 1.5^2 after 19 minutes
+        await sleep(17.0 * 60.0)
+        assert not touches_of(loop).now
+        await sleep(4.0 * 60.0)
+        assert touches_of(loop).now
+
+
+async def test_a_touch_that_does_not_fit_and_two_that_agree_ask_for_another_one() -> None:
+    bench = Bench()
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+        await bench.touched(30.0)
+        assert not touches_of(loop).now
+        await bench.touched(wrong_um=20.0)
+        assert touches_of(loop).now
+        await bench.touched(wrong_um=20.0)
+        assert bench.outcomes[-1] == "confirmed"
+        assert not touches_of(loop).now  # on its way
+        await sleep(100.0)
+        assert touches_of(loop).now
+
+
+async def test_an_acknowledge_ends_no_alarm_of_touches_that_nobody_has_seen() -> None:
+    bench = Bench(WRONG_SIGN, cycle_s=0.1)  # alarms are looked for once a second
+    bench.machine.sees = -1.0
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.3)
+        for _ in range(12):
+            bench.machine.touch()
+            for _ in range(300):
+                await sleep(0.1)
+                if bench.outcomes[-1:] == ["no_effect"]:
+                    break
+            else:
+                continue
+            break
+        assert touches_of(loop).void
+        assert "touch_void" not in alarms_of(loop)
+        assert not await ask(loop, RequestKind.ACKNOWLEDGE)
+        await sleep(2.0)
+        assert await ask(loop, RequestKind.ACKNOWLEDGE)
+        assert not touches_of(loop).void
+
+
 # ---- laws, and what ends it ----------------------------------------------------------------------
 
 
@@ -209,7 +302,7 @@ async def test_a_chip_moves_nothing_and_raises_an_alarm_until_a_touch_agrees() -
 
 
 async def test_a_wrong_sign_takes_the_offset_away_until_somebody_acknowledges() -> None:
-    bench = Bench(replace(RULES, limits=Limits(20.0, 0.4), start_um=20.0, noise_um=0.2))
+    bench = Bench(WRONG_SIGN)
     bench.machine.sees = -1.0
     async with bench.running() as loop:
         await enabled_for(loop, 200.0)

@@ -1,7 +1,7 @@
 """Ask the loop of a machine on this computer, as the user that it runs as.
 
-`acknowledge` a fault, `disable`, `hold`, take a `touch` that was read by hand, or say that a `datum`
-was set anew, so that what touches have taught is forgotten; `resume` and `enable` where the
+`acknowledge` a fault, `disable`, `hold`, take a `touch` that was read by hand, or say that a
+`datum` was set anew, so that what touches have taught is forgotten; `resume` and `enable` where the
 configuration allows it (`ask_enables`). Neither users nor the status server are needed. The answer
 comes with the loop's next cycle; exit code 1 where it is refused.
 """
