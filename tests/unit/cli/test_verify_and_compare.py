@@ -78,8 +78,15 @@ def test_touches_are_the_same_for_a_seed_and_stand_in_the_json_by_channel(tmp_pa
     assert first == again != other
     assert "model and offset" in capsys.readouterr().out
     assert first["Z_um"]["with_offset_mae_um"] < first["Z_um"]["free_run_mae_um"]
+    by_need = {
+        um: result(tmp_path, "verify", *words, "--touch-within-um", um)["touches"]["Z_um"]
+        for um in ("2", "9")
+    }
+    assert by_need["2"]["touches"] > by_need["9"]["touches"] == 0, "known without touches"
+    assert by_need["2"]["wanted_um"] == 2.0
     for refused in (
         ("--touches", "Z_um", "--touch-every", "1h"),
+        ("--touch-within-um", "2", "--touch-every", "1h"),
         ("--touch-noise-um", "1"),
         ("--touches", "Z_um=X_um"),
     ):
