@@ -3,6 +3,7 @@ from .identification import *
 from .images import *
 from .log import *
 from .modal import *
+from .relearning import *
 from .selection import *
 from .transfer_function import *
 from .verification import *

@@ -1,6 +1,11 @@
 from ._clocks import (
     with_one_clock as with_one_clock,
 )
+from ._figures import (
+    NOT_FIT as NOT_FIT,
+    SIMPLE as SIMPLE,
+    simple_model as simple_model,
+)
 from ._identification import (
     identify as identify,
     identify_joint as identify_joint,

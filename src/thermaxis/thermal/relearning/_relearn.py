@@ -1,0 +1,411 @@
+"""Learn a model anew from a machine's touches, and judge it by newer ones beside the one in force.
+
+Candidates are the model in force with gains and time constants of its parts scaled, by touches of
+the last days or of more (a change is known by what came after it), and one that is identified anew
+from all of them. None has seen the newest touches, on which each is compared with the model in
+force: in free run, and by its innovations as touches renew the offset.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.codes import Message, Place
+from thermaxis.compensation import CompensationModel, Output, Part, TouchFilter
+from thermaxis.errors import ConfigurationError, DataError, require_range
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.identification import (
+    NOT_FIT,
+    SIMPLE,
+    VERDICTS,
+    Records,
+    compensation_model,
+    identify,
+    records_of,
+    simple_model,
+)
+from thermaxis.thermal.log import InputDefinition, ThermalLog, check_log
+from thermaxis.thermal.modal import ModalOptions, modal
+from thermaxis.thermal.relearning._innovations import (
+    CLIPPED,
+    Comparison,
+    compared,
+    innovations_of,
+    likeliest,
+)
+from thermaxis.thermal.selection import select
+from thermaxis.thermal.transfer_function import ThermalModel
+from thermaxis.thermal.verification import simulate_log
+
+DAY_S = 86_400.0
+LEARNT_S = (DAY_S, 2.0 * DAY_S, 4.0 * DAY_S, float("inf"))
+"""Touches of so long before those that judge scale the model. [s]"""
+BLOCK_S = 3600.0
+"""Innovations further apart are independent. [s]"""
+FEWEST_LEARNT, FEWEST_JUDGED, FEWEST_BLOCKS = 12, 12, 4
+"""With fewer touches, or blocks of them, nothing is proposed. [1]"""
+GAIN_STD, TIME_STD = 0.2, 0.3
+"""Prior standard deviations of the logarithms by which gains and time constants changed. [1]"""
+FREE_RUN = 1.05
+"""The free run of what is proposed leaves no more than so many times what that in force leaves: it
+is judged by few touches and everything that drifts. [1]"""
+MOST_INPUTS = 4
+"""Among more inputs is chosen, as `identify --candidates` does. [1]"""
+_BRIEF = ModalOptions(intervals=False)
+_STEPS, _DELTA, _LARGEST_STEP = 6, 0.02, 0.5
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RelearnOptions:
+    """How a model is learnt anew, and what makes it a proposal."""
+
+    judged_s: float = DAY_S
+    """The newest touches, of so long, judge. [s]"""
+    margin: float = 0.05
+    """Innovations of the new model are smaller by this share at least. [1]"""
+    false_rate: float = 0.01
+    """How often another model is proposed, at one look, while that in force is right. [1]"""
+    filters: Mapping[str, TouchFilter] = field(default_factory=dict[str, TouchFilter])
+    """How touches are believed, by output. Default: that of `TouchFilter`."""
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        require_range("judged_s", self.judged_s, 3600.0, 100.0 * DAY_S)
+        require_range("margin", self.margin, 0.0, 0.9)
+        require_range("false_rate", self.false_rate, 1e-6, 0.5)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """Another model of one output, on touches that neither has seen."""
+
+    output: Output
+    """The model."""
+    learnt_s: float | None
+    """It is the model in force, scaled by touches of so long before those that judge, infinite for
+    all of them; None where it was identified anew. [s]"""
+    comparison: Comparison
+    """By innovations, as touches renew the offset."""
+    free_run_um: tuple[float, float]
+    """Root mean square error of the free run of the model in force, and its own. [µm]"""
+    better: bool
+    """Whether it is the better one by the margin, with the confidence that was asked for."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RelearnedOutput:
+    """What became of one output."""
+
+    name: str
+    """Its name."""
+    touches: tuple[int, int]
+    """Touches that were learnt from, and that judge. [1]"""
+    candidates: tuple[Candidate, ...]
+    """What was compared."""
+    taken: Candidate | None
+    """What is proposed; None for the part of the model in force."""
+    why: Message
+    """Why."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """What a look at a machine's touches has come to."""
+
+    model: CompensationModel | None
+    """What is proposed, without provenance; None where the model in force stays."""
+    outputs: tuple[RelearnedOutput, ...]
+    """Every output that was touched."""
+
+
+def relearn(
+    log: ThermalLog, model: CompensationModel, options: RelearnOptions | None = None
+) -> Proposal:
+    """Propose a better model where touches show one.
+
+    Parameters
+    ----------
+    log : ThermalLog
+        Temperatures by rows of even times, such as minutes, and in columns named as the outputs of
+        the model the displacement without correction where a touch was taken, else NaN.
+    model : CompensationModel
+        The model in force.
+    options : RelearnOptions, optional
+        How.
+
+    Returns
+    -------
+    Proposal
+        The model, or none, and why.
+
+    Raises
+    ------
+    DataError
+        If the log lacks a channel of the model, or has no touch of any output.
+
+    Notes
+    -----
+    Not protected: what touches cannot tell from the model, such as a drift that follows an input.
+    """
+    asked = options or RelearnOptions()
+    names = [o.name for o in model.outputs if _has_touches(log, o.name)]
+    if not names:
+        place = Place(log.where)
+        raise DataError("no_output_column", names=tuple(o.name for o in model.outputs), place=place)
+    cut_s = float(log.time_s[-1]) - asked.judged_s
+    learnt = log.span(0, max(int(np.searchsorted(log.time_s, cut_s)), 1))
+    doubtful = _doubtful(log, model)
+    outputs = [
+        _Output(log, model, output, cut_s, asked, len(names)).judged(
+            _records(learnt, model, output.name), doubtful
+        )
+        for output in model.outputs
+        if output.name in names
+    ]
+    new = {o.name: o.taken.output for o in outputs if o.taken is not None}
+    proposed = replace(model, outputs=tuple(new.get(o.name, o) for o in model.outputs))
+    return Proposal(proposed if new else None, tuple(outputs))
+
+
+def _has_touches(log: ThermalLog, name: str) -> bool:
+    known = {column.casefold(): column for column in log.columns}
+    column = known.get(name.casefold())
+    return column is not None and not bool(np.all(np.isnan(log.columns[column])))
+
+
+def _doubtful(log: ThermalLog, model: CompensationModel) -> tuple[str, ...]:
+    """Return channels of the model whose sensors must be looked at first."""
+    findings = check_log(log.select([log.name_of(c) for c in model.channels]))
+    return tuple(dict.fromkeys(f.channel for f in findings if f.certain))
+
+
+def _records(learnt: ThermalLog, model: CompensationModel, name: str) -> Records | None:
+    """Return what one output was learnt from, with the inputs of the model; None without rows."""
+    inputs = {
+        part.name: InputDefinition(part.name, part.plus, part.minus or None)
+        for output in model.outputs
+        for part in output.parts
+    }
+    try:
+        return records_of([learnt], list(inputs.values()), [name])
+    except DataError:
+        return None
+
+
+def _identified(records: Records) -> ThermalModel:
+    """Identify anew what the records have."""
+    names = [definition.name for definition in records.inputs]
+    if len(names) > MOST_INPUTS:
+        return select(records.experiments, candidate_names=names).model
+    (experiments,) = records.experiments.values()
+    return modal(experiments, input_names=names, options=_BRIEF).model
+
+
+@final
+class _Output:
+    """One output with its touches."""
+
+    def __init__(
+        self,
+        log: ThermalLog,
+        model: CompensationModel,
+        output: Output,
+        cut_s: float,
+        asked: RelearnOptions,
+        outputs: int,
+    ) -> None:
+        self._log, self._model, self._output = log, model, output
+        self._asked, self._cut_s, self._outputs = asked, cut_s, outputs
+        run = simulate_log(replace(model, outputs=(output,)), log, steady=True)
+        shown_um = log.column(output.name, unit="um")
+        said_um = run.outputs[output.name].displacement_um
+        self._rows = np.flatnonzero(~(np.isnan(shown_um - said_um) | run.bad))
+        self._time_s = log.time_s[self._rows]
+        self._shown_um = shown_um[self._rows]
+        self._left_um = self._shown_um - said_um[self._rows]
+        self._seen = self._time_s < cut_s
+        self._runs: dict[tuple[int, float], FloatArray] = {}
+
+    def judged(self, records: Records | None, doubtful: tuple[str, ...]) -> RelearnedOutput:
+        """Return the better model, or why there is none."""
+        learnt = int(np.count_nonzero(self._seen))
+        touches = learnt, self._seen.size - learnt
+        blocks = np.unique(self._time_s[~self._seen] // BLOCK_S).size
+        counts = {"learnt": touches[0], "judged": touches[1]}
+        enough = learnt >= FEWEST_LEARNT and touches[1] >= FEWEST_JUDGED
+        if not enough or blocks < FEWEST_BLOCKS:
+            return self._none(touches, (), Message("relearn-few_touches", counts))
+        rules = self._asked.filters.get(self._output.name, TouchFilter())
+        seen = self._seen
+        noise = likeliest(self._time_s[seen], self._left_um[seen], rules.noise_um)
+        self._filter = innovations_of(self._time_s, *noise)
+        every = list(self._candidates(records))
+        false_rate = self._asked.false_rate / (len(every) * self._outputs)
+        candidates = [c for one in every if (c := self._compared(*one, false_rate)) is not None]
+        better = [one for one in candidates if one.better]
+        if not better:
+            return self._none(touches, candidates, Message("relearn-no_better", counts))
+        best = max(better, key=lambda one: one.comparison.least_share)
+        if doubtful:
+            why = Message("relearn-sensors_first", {"names": ", ".join(doubtful)})
+            return self._none(touches, candidates, why)
+        if (rule := self._condemned(best, records)) is not None:
+            return self._none(touches, candidates, Message("relearn-condemned", {"rule": rule}))
+        values = {"old_um": best.comparison.old_um, "new_um": best.comparison.new_um, **counts}
+        why = Message("relearn-better", values)
+        return RelearnedOutput(self._output.name, touches, tuple(candidates), best, why)
+
+    def _none(
+        self, touches: tuple[int, int], candidates: Sequence[Candidate], why: Message
+    ) -> RelearnedOutput:
+        return RelearnedOutput(self._output.name, touches, tuple(candidates), None, why)
+
+    # ---- candidates -----------------------------------------------------------------------------
+
+    def _candidates(
+        self, records: Records | None
+    ) -> Iterator[tuple[Output, FloatArray, float | None]]:
+        """Yield models, what each says at the touches, and the time that it is scaled by. [s]"""
+        for learnt_s in LEARNT_S:
+            used = self._seen & (self._time_s >= self._cut_s - learnt_s)
+            if int(np.count_nonzero(used)) >= FEWEST_LEARNT:
+                factors = self._scaled(used)
+                parts = zip(self._output.parts, factors, strict=True)
+                output = replace(self._output, parts=tuple(_part(p, *f) for p, f in parts))
+                yield output, self._said_um(factors), learnt_s
+        if records is not None:
+            with suppress(DataError, ConfigurationError, np.linalg.LinAlgError):
+                found = {self._output.name: _identified(records)}
+                model = compensation_model(found, records)
+                (output,) = model.outputs
+                known = {part.name: part for part in self._output.parts}
+                parts = tuple(_widened(p, known.get(p.name, p)) for p in output.parts)
+                yield replace(output, parts=parts), self._run_um(model), None
+
+    def _run_um(self, model: CompensationModel) -> FloatArray:
+        run = simulate_log(model, self._log, steady=True)
+        return run.outputs[model.outputs[0].name].displacement_um[self._rows]
+
+    def _contribution_um(self, number: int, factor: float) -> FloatArray:
+        """Return what a part contributes at the touches with its time constants scaled."""
+        if (number, factor) not in self._runs:
+            part = _part(self._output.parts[number], 1.0, factor)
+            alone = Output(self._output.name, (part,))
+            self._runs[number, factor] = self._run_um(replace(self._model, outputs=(alone,)))
+        return self._runs[number, factor]
+
+    def _said_um(self, factors: NDArray[np.float64]) -> FloatArray:
+        parts = [g * self._contribution_um(k, f) for k, (g, f) in enumerate(factors.tolist())]
+        return self._output.offset_um + np.sum(parts, axis=0)
+
+    def _scaled(self, used: NDArray[np.bool_]) -> FloatArray:
+        """Return the likeliest factors of gains and time constants, (parts, 2).
+
+        Gauss and Newton's steps along the logarithms, each with a normal prior about none; far
+        innovations weigh as little as they do in the comparison.
+        """
+        parts = len(self._output.parts)
+        logarithms = np.zeros((parts, 2))
+        precision = np.tile([GAIN_STD**-2.0, TIME_STD**-2.0], parts)
+        for _ in range(_STEPS):
+            factors = np.exp(logarithms)
+            slopes: list[FloatArray] = []
+            for k, (gain, factor) in enumerate(factors.tolist()):
+                own = self._contribution_um(k, factor)
+                more = self._contribution_um(k, factor * float(np.exp(_DELTA)))
+                slopes += [gain * own, gain * (more - own) / _DELTA]
+            table = np.column_stack([*slopes, self._shown_um - self._said_um(factors)])
+            rows = self._filter.of(table)[used]
+            weight = np.minimum(1.0, CLIPPED / np.maximum(np.abs(rows[:, -1]), 1e-9))[:, None]
+            left, right = rows[:, :-1], rows[:, -1:] * weight
+            solved = np.linalg.solve(
+                (left * weight).T @ left + np.diag(precision),
+                (left.T @ right)[:, 0] - precision * logarithms.ravel(),
+            )
+            step = np.clip(solved, -_LARGEST_STEP, _LARGEST_STEP).reshape(parts, 2)
+            logarithms = logarithms + step
+            if float(np.max(np.abs(step))) < _DELTA:
+                break
+        return np.exp(logarithms)
+
+    # ---- comparison -----------------------------------------------------------------------------
+
+    def _compared(
+        self, output: Output, said_um: FloatArray, learnt_s: float | None, false_rate: float
+    ) -> Candidate | None:
+        new_um, judged = self._shown_um - said_um, ~self._seen
+        old, new = (self._filter.of(left)[judged] for left in (self._left_um, new_um))
+        block = (self._time_s[judged] // BLOCK_S).astype(np.intp)
+        std_um = self._filter.std_um[judged]
+        found = compared(old, new, std_um, block.tolist(), false_rate)
+        if found is None:
+            return None
+        free = self._free_run_um(self._left_um), self._free_run_um(new_um)
+        better = (
+            found.least_share > 0.0
+            and found.share > 0.5
+            and found.new_um <= (1.0 - self._asked.margin) * found.old_um
+            and free[1] <= FREE_RUN * free[0]
+        )
+        return Candidate(output, learnt_s, found, free, better)
+
+    def _free_run_um(self, left_um: FloatArray) -> float:
+        """Return the root mean square of what is left since the last touches that were seen."""
+        level = float(np.mean(left_um[self._seen][-3:]))
+        return float(np.sqrt(np.mean((left_um[~self._seen] - level) ** 2)))
+
+    def _condemned(self, best: Candidate, records: Records | None) -> str | None:
+        """Return what does for the newest touches what the model does, or why it is not fit."""
+        judged = ~self._seen
+        std_um = self._filter.std_um[judged]
+
+        def innovation_um(left_um: FloatArray) -> float:
+            r = np.clip(self._filter.of(left_um)[judged], -CLIPPED, CLIPPED)
+            return float(np.sqrt(np.mean((r * std_um) ** 2)))
+
+        if best.comparison.new_um >= innovation_um(self._shown_um):
+            return "nothing"
+        if records is None:
+            return None
+        if best.learnt_s is None:
+            choose = len(records.inputs) > MOST_INPUTS
+            (one,) = identify(records, choose=choose, modal_options=_BRIEF).outputs
+            if verdicts := [w.code for w in one.warnings if w.code in VERDICTS]:
+                return verdicts[0]
+        for method, times in NOT_FIT.items():
+            simple = {self._output.name: simple_model(records, self._output.name, SIMPLE[method])}
+            rule = compensation_model(simple, records)
+            if best.comparison.new_um > times * innovation_um(self._shown_um - self._run_um(rule)):
+                return str(method)
+        return None
+
+
+def _part(part: Part, gain: float, factor: float) -> Part:
+    """Return a part with gains and time constants multiplied."""
+    return replace(
+        part,
+        direct_gain_um_per_k=gain * part.direct_gain_um_per_k,
+        sections=tuple(
+            replace(
+                s,
+                gain_um_per_k=gain * s.gain_um_per_k,
+                time_constant_s=factor * s.time_constant_s,
+            )
+            for s in part.sections
+        ),
+    )
+
+
+def _widened(part: Part, known: Part) -> Part:
+    """Return a part with the range of the one in force as well: a log begins at any temperature."""
+    ends = ((min, part.lowest_k, known.lowest_k), (max, part.highest_k, known.highest_k))
+    low, high = (b if a is None else a if b is None else far(a, b) for far, a, b in ends)
+    return replace(part, lowest_k=low, highest_k=high)
