@@ -48,11 +48,11 @@ from thermaxis.compensation._supervisor import (
     supervisor_step,
 )
 from thermaxis.compensation._touches import (
-    MOST_EXPECTED,
     Expected,
     OffsetState,
     Touch,
     TouchOutcome,
+    note_step,
     offset_std_um,
     offset_step,
     touches_step,
@@ -313,9 +313,9 @@ def cycle(
     near = all(abs(w - c) <= limits.deadband_um + SETTLED_UM for limits, w, c in rows)
     if offsets:
         rows = zip(correction_um, weights, model.model_um)
-        row = time_s, tuple(c + weight * y for c, weight, y in rows)
+        row = tuple(c + weight * y for c, weight, y in rows)
         usable = runs and model.quality is not Quality.BAD
-        expected = (row, *expected[: MOST_EXPECTED - 1]) if usable else ()
+        expected = note_step(compensation.probed, expected, time_s, row) if usable else ()
 
     new = CycleState(
         thermal,

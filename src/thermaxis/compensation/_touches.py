@@ -41,8 +41,7 @@ from thermaxis.compensation._step import number
 from thermaxis.errors import require_range
 
 MOST_EXPECTED = 64
-"""Cycles back of which what a touch should show is remembered; a touch that comes later than that
-is not used. [1]"""
+"""So many times are remembered at which it is known what a touch should show. [1]"""
 MOST_EXCLUDED = 3
 """So many touches in a row that are excluded, and none confirmed, void what was known: a model that
 runs away would else keep an old offset. [1]"""
@@ -88,6 +87,9 @@ class TouchFilter:
     an hour of warming. [µm/h]"""
     confirm_s: float = 600.0
     """Time within which a second touch confirms the first. Default: ten minutes. [s]"""
+    oldest_s: float = 0.0
+    """A touch that becomes known later is not used: what was in force is remembered for so long, in
+    64 steps, a line between two. Without it: 64 cycles, each as it was. [s]"""
     acts: bool = False
     """Whether the offset is added to the correction, or only shown. Default: shown, until its sign
     and size were proven on the machine."""
@@ -99,6 +101,7 @@ class TouchFilter:
         require_range("ramp_um_per_h", self.ramp_um_per_h, 0.0, 1000.0)
         require_range("discrepancy_um", self.discrepancy_um, 0.0, 1000.0)
         require_range("confirm_s", self.confirm_s, 0.0, 86_400.0)
+        require_range("oldest_s", self.oldest_s, 0.0, 3600.0)
 
 
 @final
@@ -317,6 +320,36 @@ Expected = tuple[tuple[float, _Floats], ...]
 """Time, and c + y by output from then on, of the last cycles, the newest first."""
 
 
+def note_step(
+    rules: Sequence[TouchRules | None], expected: Expected, time_s: float, row: _Floats
+) -> Expected:
+    """Return what is remembered with a new row: older ones lie so far apart as is stated."""
+    apart_s = _longest_s(rules) / MOST_EXPECTED
+    if len(expected) > 1 and expected[0][0] - expected[1][0] < apart_s:
+        expected = expected[1:]
+    return ((time_s, row), *expected[: MOST_EXPECTED - 1])
+
+
+def _longest_s(rules: Sequence[TouchRules | None]) -> float:
+    return max((own.oldest_s for own in rules if own is not None), default=0.0)
+
+
+def _expected_at(
+    rules: Sequence[TouchRules | None], expected: Expected, time_s: float
+) -> _Floats | None:
+    """Return c + y by output at a time; None where that is not known."""
+    newer: tuple[float, _Floats] | None = None
+    for since_s, row in expected:
+        if since_s > time_s:
+            newer = since_s, row
+        elif newer is None or not _longest_s(rules):
+            return row
+        else:
+            share = (time_s - since_s) / (newer[0] - since_s)
+            return tuple(a + share * (b - a) for a, b in zip(row, newer[1], strict=True))
+    return None
+
+
 def touches_step(
     rules: Sequence[TouchRules | None],
     names: Sequence[str],
@@ -338,7 +371,7 @@ def touches_step(
             outcome = TouchOutcome.UNKNOWN_OUTPUT
         else:
             k, own, outcome = names.index(touch.output), known[touch.output], TouchOutcome.UNTIMELY
-            row = next((row for since_s, row in expected if since_s <= touch.time_s), None)
+            row = _expected_at(rules, expected, touch.time_s)
             if row is not None and touch.time_s <= time_s:
                 states[k], outcome = touch_step(own, states[k], touch, row[k])
         outcomes.append(outcome)

@@ -31,8 +31,8 @@ from tests.system.programs import Program, Recorded, gaps
 from thermaxis.codes import Message
 from thermaxis.compensation import RequestKind
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime import EventRecord
-from thermaxis.runtime.config import state_file_of
+from thermaxis.runtime import EventRecord, read_machine
+from thermaxis.runtime.config import keep_touch_proof, state_file_of
 from thermaxis.runtime.history import HistoryReader
 from thermaxis.runtime.host import ask_loop
 
@@ -50,6 +50,18 @@ RULES: Final = Rules(
         "ask_enables": "true",
     },
 )
+TOUCH_S: Final = 1.5
+TOUCHED: Final = """
+[probe.Z_um]
+node = "{touch}"
+unit = "um"
+counter_node = "{counter}"
+largest_um = 4.0
+largest_rate_um_per_s = 5.0
+drift_um_per_root_h = 100.0
+acts = true
+"""
+"""Touches at one output, far more often and faster than on any machine."""
 LONGEST_STEP_S: Final = LATE_CYCLES * RULES.cycle_s
 TOLERANCE_UM: Final = 0.5
 """What another writer changes by less is not noticed. [µm]"""
@@ -278,13 +290,16 @@ def trial(folder: Path, seed: int) -> Generator[Trial]:
             plc_s=PLC_S,
             machine_rate_um_per_s=MACHINE_RATE_UM_PER_S,
             watchdog_s=1.0,
+            touch_s=TOUCH_S,
         ) as machine,
         Relay(machine.port) as relay,
     ):
-        configuration = make_site(folder, machine, RULES)
+        touched = TOUCHED.format(touch=machine.node("TouchZ"), counter=machine.node("Touches"))
+        configuration = make_site(folder, machine, RULES, touched)
         text = configuration.read_text(encoding="utf-8")
         text = text.replace(f":{machine.port}/", f":{relay.port}/")
         configuration.write_text(text, encoding="utf-8")
+        keep_touch_proof(read_machine(configuration), "Z_um", proven=True)
         chance = random.Random(seed)  # noqa: S311 - repeatable
         one = Trial(machine, relay, configuration, chance)
         one.begin()

@@ -46,6 +46,7 @@ const settings = {
   offset_at_start: "kept", // "kept" as the record says, or a number [um]
   clock_shift_s: 0.0, // how far the machine's clock is ahead
   temperatures: 3, // how many there are; a fourth offset W where there are more than three
+  touch_s: null, // its own probe touches Z so often, a chip each fifth time; null: it has none
   record_writes: false, // every write of an offset, with where the offset stood before it
 };
 Object.assign(settings, JSON.parse(fs.readFileSync(process.argv[2], "utf8")));
@@ -88,6 +89,8 @@ const machine = {
   late_s: 0.0, // the PLC takes offsets over so often
   taken_s: 0.0,
   diameter_mm: 0.0,
+  touch_um: 0.0,
+  touches: 0,
   written_um: { ...NOWHERE },
   accepted_um: { ...NOWHERE },
   effective_um: { ...NOWHERE },
@@ -166,6 +169,14 @@ function follow() {
     const way = goal - machine.effective_um[name];
     if (Number.isFinite(way)) machine.effective_um[name] += Math.max(-step, Math.min(step, way));
   }
+}
+
+/* What the model lacks, and what of the offset does not act yet. */
+function touch() {
+  const chip_um = machine.touches % 5 === 4 ? 50.0 : 0.0;
+  const lacking_um = 3.0 * Math.sin(now_s() / 20.0);
+  machine.touch_um = lacking_um + machine.effective_um.Z - machine.accepted_um.Z + chip_um;
+  machine.touches += 1;
 }
 
 function shown(values) {
@@ -298,6 +309,9 @@ function addRest(readable, writable) {
   readable("WriteCount", "UInt32", () => machine.writes);
   readable("WatchdogMet", "Boolean", () => machine.moved_s !== null);
   readable("Diameter", "Double", () => machine.diameter_mm);
+  readable("TouchZ", "Double", () => machine.touch_um);
+  readable("Touches", "UInt32", () => machine.touches);
+  if (settings.touch_s) setInterval(touch, 1000 * settings.touch_s);
   for (const name of Object.keys(flags)) readable(name, "Boolean", () => flags[name]);
   readable("M5.0", "Byte", () => (flags.Referenced ? 1 : 0)); // a flag as a number
   readable("State", "String", () => (flags.MachineOn ? "on" : "off"));

@@ -453,3 +453,25 @@ def test_healthy_touches_of_a_year_end_nothing() -> None:
         state, _ = touch_step(rules, state, touched, -before_um)
         before_um = state.belief.offset_um if state.belief else 0.0
         assert not state.off
+
+
+def test_what_is_remembered_reaches_as_far_back_as_is_stated_and_is_nearly_what_was_in_force() -> (
+    None
+):
+    rig = Touched(replace(SLOW, oldest_s=640.0, noise_um=0.2))
+    known: list[tuple[float, float]] = []
+    for k in range(1000):
+        rig.warmth_k = 6.0 * math.sin(k / 150.0)  # faster than the correction may follow
+        rig.step()
+        known.append((rig.state.expected[0][0], rig.state.expected[0][1][0]))
+    assert len(rig.state.expected) == 64
+    assert max(um for _, um in known) - min(um for _, um in known) > 3.0
+    before, time_s = rig.state, rig.time_s
+    for k in range(400, 999, 7):
+        rig.state, rig.time_s = before, time_s
+        at_s, um = known[k]
+        assert rig.touch(time_s=at_s + 0.25, value_um=um + 2.0) is BELIEVED
+        assert rig.state_um.belief is not None
+        assert rig.state_um.belief.offset_um == pytest.approx(2.0, abs=0.3)
+    rig.state, rig.time_s = before, time_s
+    assert rig.touch(time_s=known[300][0]) is TouchOutcome.UNTIMELY

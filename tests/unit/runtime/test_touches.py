@@ -193,6 +193,21 @@ async def test_a_counter_that_rises_on_the_way_back_refers_to_what_was_in_force_
         assert touches_of(loop).known_um == pytest.approx(LACKS_UM * 25.0 / 26.0, abs=0.6)
 
 
+async def test_what_was_in_force_minutes_ago_is_known_where_that_is_asked_for() -> None:
+    bench = Bench(replace(RULES, oldest_s=640.0))
+    machine = bench.machine
+    async with bench.running(Stamped(machine)) as loop:
+        await enabled_for(loop, 34.0)  # on its way, at a time between two that are remembered
+        seen_um = machine.z_um
+        await sleep(300.0)
+        machine.age_s, machine.values[PROBE] = 300.0, -GOAL_UM + LACKS_UM + seen_um
+        machine.values[COUNTER] += 1.0
+        await sleep(2.0)
+        assert bench.outcomes == ["believed"]
+        assert machine.z_um - seen_um < -3.0
+        assert touches_of(loop).known_um == pytest.approx(LACKS_UM, abs=1.0)
+
+
 # ---- typed, and asked for ------------------------------------------------------------------------
 
 
@@ -424,6 +439,7 @@ def test_what_cannot_be_touched_is_said(tmp_path: Path) -> None:
         (TABLE.replace("10.0", "101.0"), "probe.Z_um.largest_um", "outside_range"),
         (TABLE.replace("10.0", "0.0"), "probe.Z_um.largest_um", "not_above_bound"),
         (f"{TABLE}noise_um = 0.0\n", "probe.Z_um.noise_um", "outside_range"),
+        (f"{TABLE}delay_s = 100.0\n", "probe.Z_um.delay_s", "outside_range"),
         (TABLE.replace("s=Touches", "s=Touch"), "probe.Z_um.counter_node", "node_twice"),
     ):
         found = examine_machine(configured(tmp_path, table))

@@ -9,7 +9,7 @@ from itertools import combinations
 from typing import Any, Final, get_args, get_type_hints
 
 from thermaxis.codes import Message, Value
-from thermaxis.compensation import CompensationModel
+from thermaxis.compensation import MOST_EXPECTED, CompensationModel
 from thermaxis.files.settings import nearest, problem
 from thermaxis.runtime._keys import Needed, Only
 from thermaxis.runtime._ports import (
@@ -71,6 +71,10 @@ def contradictions(file: MachineFile) -> Iterator[Message]:
             yield from _about_output(f"output.{name}", output, sink.kind)
     for name, probe in file.probes.items():
         yield from _about_probe(f"probe.{name}", probe)
+        most_s = max(probe.oldest_s, MOST_EXPECTED * file.machine.cycle_s)
+        if probe.delay_s >= most_s:
+            values = {"value": probe.delay_s, "least": 0.0, "most": most_s}
+            yield problem("outside_range", f"probe.{name}.delay_s", **values)
     yield from _about_names(file)
     yield from _about_nodes(file)
 
