@@ -3,7 +3,7 @@
 import asyncio
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -15,7 +15,13 @@ from tests.system.test_linuxcnc_offset import SETTINGS
 from tests.unit.runtime.machine_files import machine_file
 from thermaxis.cli import main
 from thermaxis.cli.machine._machine_parts import build_parts
-from thermaxis.runtime import SourceSample, SystemClock, read_machine
+from thermaxis.runtime import (
+    SourceSample,
+    SystemClock,
+    counter_name,
+    probe_name,
+    read_machine,
+)
 from thermaxis.runtime.sinks import hal_text
 from thermaxis.runtime.sources import LinuxCncSource
 
@@ -48,9 +54,22 @@ PINS = (
 READ = ["T_spindle_C", "T_column_C", "interlock.referenced", "interlock.emergency_stop"]
 
 
+TOUCHED = """
+[probe.Z_um]
+node = "hal:motion.analog-out-00"
+unit = "um"
+counter_node = "hal:motion.analog-out-01"
+largest_um = 10.0
+largest_rate_um_per_s = 0.1
+"""
+"""Where `thermaxis program --touch` leaves value and counter."""
+TOUCH = [counter_name("Z_um"), probe_name("Z_um")]
+
+
 async def until(
     source: LinuxCncSource,
     reached: Callable[[list[SourceSample]], bool],
+    names: Sequence[str] = READ,
 ) -> list[SourceSample]:
     """Read ten times a second until something is seen."""
     end_s = time.monotonic() + LONGEST_S
@@ -58,7 +77,7 @@ async def until(
         began_s = time.monotonic()
         samples = await source.read(0.5)
         assert in_time(time.monotonic() - began_s, 1.0)
-        found = [samples[name] for name in READ]
+        found = [samples[name] for name in names]
         if reached(found):
             return found
         assert time.monotonic() < end_s, (found, source.failure)
@@ -76,6 +95,9 @@ async def at_the_machine(source: LinuxCncSource, machine: OffsetMachine) -> None
         found = await until(source, lambda found, on=machine_on: values(found)[2:] == [on, 1.0])
         assert all(sample.good for sample in found)
         assert in_time(max(s.age_s for s in found if s.age_s is not None), 1.0)
+    for touched in ("M68 E0 Q12.5", "M68 E1 Q1"):  # as the touch program ends
+        await asyncio.to_thread(machine.order, "move", text=touched)
+    await until(source, lambda found: values(found) == [1.0, 12.5], TOUCH)
     subprocess.run(["/usr/bin/halcmd", "setp", "spindle.value", "31.75"], check=True)
     await until(source, lambda found: found[0].value == 31.75)
 
@@ -88,6 +110,7 @@ def test_pins_of_linuxcnc_are_temperatures_and_interlocks_through_its_end_and_it
         pytest.fail(reason, pytrace=False)
     (tmp_path / "history").mkdir()
     path = machine_file(tmp_path, *PINS)
+    path.write_text(path.read_text("utf-8") + TOUCHED, encoding="utf-8")
     configuration = read_machine(path)
     source = build_parts(configuration, SystemClock()).pins
     assert source is not None

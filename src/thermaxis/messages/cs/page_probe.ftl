@@ -1,7 +1,7 @@
 probe-unknown = Na tomto stroji není taková sonda.
 probe-which = Sonda
 probe-none = Na tomto stroji není nastavena žádná sonda.
-probe-how = Pokud řízení ukazuje, co sonda měří, doplňte její uzel do souboru { $file } a spusťte kompenzaci znovu. Jméno je jméno výstupu. Sonda se jen zobrazuje a zaznamenává; kompenzace se nikdy neúčastní.
+probe-how = Pokud řízení ukazuje, co sonda měří, doplňte její uzel do souboru { $file } a spusťte kompenzaci znovu. Jméno je jméno výstupu. Sonda se jen zobrazuje a zaznamenává, ledaže podle její tabulky platí dotyky.
 probe-now = Nyní
 probe-compensated = S kompenzací (měřeno)
 probe-uncompensated = Bez kompenzace (bez posunu)

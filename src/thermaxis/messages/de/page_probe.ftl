@@ -1,7 +1,7 @@
 probe-unknown = An dieser Maschine gibt es keinen solchen Messtaster.
 probe-which = Messtaster
 probe-none = An dieser Maschine ist kein Messtaster eingerichtet.
-probe-how = Wenn die Steuerung zeigt, was ein Messtaster misst, seinen Knoten in { $file } eintragen und die Kompensation neu starten. Der Name ist der des Ausgangs. Ein Messtaster wird nur angezeigt und aufgezeichnet; an der Kompensation ist er nie beteiligt.
+probe-how = Wenn die Steuerung zeigt, was ein Messtaster misst, seinen Knoten in { $file } eintragen und die Kompensation neu starten. Der Name ist der des Ausgangs. Ein Messtaster wird nur angezeigt und aufgezeichnet, es sei denn, seine Tabelle lässt Antastungen zählen.
 probe-now = Jetzt
 probe-compensated = Mit Kompensation (gemessen)
 probe-uncompensated = Ohne Kompensation (ohne den Versatz)

@@ -3,7 +3,7 @@
 probe-unknown = There is no such probe on this machine.
 probe-which = Probe
 probe-none = No probe is configured on this machine.
-probe-how = Where the control shows what a probe measures, add its node to { $file } and start the loop again. The name is that of the output. A probe is only shown and recorded; it never takes part in the compensation.
+probe-how = Where the control shows what a probe measures, add its node to { $file } and start the loop again. The name is that of the output. A probe is only shown and recorded, unless its table says that touches of it count.
 probe-now = Now
 probe-compensated = Compensated (measured)
 probe-uncompensated = Uncompensated (without the offset)
