@@ -12,9 +12,11 @@ from shutil import copytree
 import numpy as np
 import pytest
 
+from tests.unit.fleet.fleet_machines import LAST, Truth, model_of, shipped
 from thermaxis.cli import main
 from thermaxis.cli.machine.commission import _record
 from thermaxis.codes import Message
+from thermaxis.files import write_model
 from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.runtime import EventRecord, StepProof, SystemClock
 from thermaxis.runtime.history import HistorianSettings, SqlHistorian
@@ -56,6 +58,7 @@ FREE = (
     "check.configuration[].place",
     "check.configuration[].values",
     "identify.findings[].values",
+    "machine.channels",
     "drift.diagnosis[].message",
 )
 """Objects whose keys come from a file, are numbers of cycles, options of one control, or those of
@@ -68,6 +71,7 @@ BY_FIGURE = ("plan.expected.figures",)
 """Objects with one object for each figure."""
 
 BY_NAME = (
+    "show.nights[].outputs",
     *("identify.outputs", "verify.outputs", "verify.touches", "compare.models[].outputs"),
     *("verify.logs[].outputs", "verify.logs[].outside_training_range"),
     *(f"check.machine.{key}" for key in ("inputs", "interlocks", "probes", "outputs")),
@@ -110,6 +114,7 @@ SAME_KEYS = {
     "identify.outputs.NAME.peak_to_peak_um": f"{VERIFIED}.peak_to_peak_um",
     "channels.findings": "identify.findings",
     "check.warnings": "check.configuration",
+    "machine.nights": "show.nights",
     "check.self_test": "check.configuration",
     "correct.input": "input",
     "check-table.input": "input",
@@ -231,6 +236,7 @@ def written(evaluated: tuple[Path, dict[str, object]], root: Path) -> dict[str, 
     keys_written([*words, *json_words], "field", found)
     write_thermal(root / "examples", folder, found)
     write_machine(root / "examples" / "machine", folder, found)
+    write_fleet(folder, found)
     return found
 
 
@@ -262,6 +268,22 @@ def write_machine(example: Path, folder: Path, found: dict[str, set[str]]) -> No
     keys_written(["check", str(path), *json_words], "check", found, code=2)
     proof = StepProof("Z_um", 10.0, 0.0, 10.0, None, 10.1, 0.1, Message("event-step_proven"))
     keys_by_place(_record(proof, touches=True), "commission", found)
+
+
+def write_fleet(folder: Path, found: dict[str, set[str]]) -> None:
+    """Collect the keys of the commands of a fleet of one machine."""
+    (folder / "fleet").mkdir()
+    shipped(folder, folder / "fleet", "A", Truth())
+    model, registry = str(folder / "a.json"), str(folder / "registry.db")
+    write_model(model_of(), model)
+    assert main(["fleet", "init", registry, str(folder / "fleet")]) == 0
+    assert main(["fleet", "add", registry, "A", model]) == 0
+    json_words = ["--json", str(folder / "fleet.json")]
+    night = ["fleet", "night", registry, "--day", LAST.isoformat(), *json_words]
+    keys_written([*night, "--dry-run"], "night", found)
+    keys_written(night, "night", found)
+    assert keys_written(["fleet", "show", registry, *json_words], "show", found)["nights"]
+    keys_written(["fleet", "machine", registry, "A", *json_words], "machine", found)
 
 
 def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> None:

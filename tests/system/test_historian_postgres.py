@@ -1,4 +1,4 @@
-"""The same history in PostgreSQL: a server of its own, on this computer, for this test."""
+"""The same history, and a fleet's registry, in PostgreSQL: a server of its own on this computer."""
 
 import asyncio
 import os
@@ -17,6 +17,7 @@ import polars as pl
 import psycopg
 import pytest
 
+from tests.unit.fleet.registry_laws import Made, RegistryLaws
 from tests.unit.runtime.history_records import (
     BEGIN,
     OUTPUTS,
@@ -30,6 +31,7 @@ from tests.unit.runtime.history_records import (
 )
 from thermaxis.cli import main
 from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.fleet import Registry
 from thermaxis.runtime import Secret
 from thermaxis.runtime.history import (
     HistorianSettings,
@@ -425,3 +427,20 @@ def test_the_command_reads_a_server(
     assert pl.read_parquet(target).height == 30
     assert main(["history", "check", server.url]) == 0
     assert "30 cycles" in capsys.readouterr().out
+
+
+class TestRegistry(RegistryLaws):
+    """A fleet's registry holds here what it holds in SQLite."""
+
+    @pytest.fixture
+    def url(self, server: Server) -> str:
+        return server.url
+
+    @pytest.fixture
+    def password(self) -> str:
+        return PASSWORD
+
+    @pytest.fixture
+    def made(self, url: str) -> Made:
+        Registry.make(url, "lake", PASSWORD).close()
+        return lambda: Registry(url, PASSWORD)

@@ -49,6 +49,9 @@ GROUPS = {
         "certificate": "make, show or fetch certificates for OPC UA",
         "hal": "write the part of a LinuxCNC machine's HAL file that applies the offsets",
     },
+    "fleet": {
+        "fleet": "verify the models of many machines every night, from what they ship",
+    },
     "exchange": {
         "convert": "write any measured run as tidy CSV",
         "export": "write a compensation model as a function block for a PLC",
@@ -61,6 +64,7 @@ TITLES = {
     "axis": "measure an axis",
     "thermal": "identify thermal models",
     "machine": "at the machine",
+    "fleet": "many machines",
     "exchange": "exchange with other programs",
 }
 
@@ -70,6 +74,8 @@ _EXTRAS = {
     "asyncua": "runtime",
     "cryptography": "runtime",
     "fsspec": "runtime",
+    "dask": "fleet",
+    "distributed": "fleet",
     "sqlalchemy": "runtime",
     "websockets": "screen",
     "psycopg": "postgresql",

@@ -23,6 +23,7 @@ from .settings import (
     format_model as format_model,
     format_plan as format_plan,
     model_sha256 as model_sha256,
+    parse_model as parse_model,
     plan_as_json as plan_as_json,
     plan_sha256 as plan_sha256,
     read_budget as read_budget,

@@ -1,2 +1,28 @@
+from ._engine import (
+    TRIES as TRIES,
+    Engine as Engine,
+    dask_engine as dask_engine,
+    results_of as results_of,
+    serial_engine as serial_engine,
+)
 from ._lake import Lake as Lake
+from ._night import (
+    NightOutcome as NightOutcome,
+    NightResult as NightResult,
+    OutputNight as OutputNight,
+    night as night,
+    night_as_json as night_as_json,
+)
+from ._nights import (
+    NightJob as NightJob,
+    Nights as Nights,
+    do_nights as do_nights,
+    work as work,
+)
+from ._registry import (
+    FleetMachine as FleetMachine,
+    Registry as Registry,
+    StoredModel as StoredModel,
+    StoredNight as StoredNight,
+)
 from ._shipping import Shipment as Shipment, ship as ship

@@ -11,6 +11,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from thermaxis.cli._arguments import add_json, adder, count, positive_seconds, refuse_foreign
+from thermaxis.cli._database import add_password_file, database_of
 from thermaxis.cli._json import show, write_json
 from thermaxis.cli._progress import Progress
 from thermaxis.codes import Place, printable
@@ -18,7 +19,6 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.files.table import parse_moment
 from thermaxis.report.tables import messages_of, values_of
 from thermaxis.runtime import EventRecord, history, read_machine
-from thermaxis.runtime.host import read_secret
 
 
 def _moment(text: str) -> datetime:
@@ -83,12 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _add_history(parser: argparse.ArgumentParser) -> None:
     adder(parser)("history HISTORY", "file, URL, or MACHINE.toml")
-    adder(parser)(
-        "--password-file FILE",
-        "file with the password that the database of a URL asks for, readable by its owner"
-        " only (default: MACHINE.toml names its own; else what the database's library finds)",
-        Path,
-    )
+    add_password_file(parser, "MACHINE.toml names its own; else ")
 
 
 def _add_span(parser: argparse.ArgumentParser) -> None:
@@ -123,17 +118,11 @@ def run(arguments: argparse.Namespace) -> int:
 def _address_of(arguments: argparse.Namespace) -> tuple[str, str]:
     """Return URL and password of what the user names."""
     text: str = arguments.history
-    password_file: Path | None = arguments.password_file
-    if "://" in text:
-        history.refuse_password(text, key="HISTORY")
-        if password_file is None:
-            return text, ""
-        return text, read_secret(password_file, key="--password-file").reveal()
-    refuse_foreign(arguments, "the URL of a database", "--password-file")
-    if text.casefold().endswith(".toml"):
+    if "://" not in text and text.casefold().endswith(".toml"):
+        refuse_foreign(arguments, "the URL of a database", "--password-file")
         machine = read_machine(text)
         return machine.historian.url, machine.historian.password.reveal()
-    return f"sqlite:///{text}", ""
+    return database_of(text, arguments.password_file, key="HISTORY")
 
 
 def _span(

@@ -33,6 +33,7 @@ from .header_toml import (
 from .model_json import (
     format_model as format_model,
     model_sha256 as model_sha256,
+    parse_model as parse_model,
     read_model as read_model,
     write_model as write_model,
 )

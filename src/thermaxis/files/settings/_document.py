@@ -44,8 +44,18 @@ def read_document(
     sha256: Callable[[_T], str],
 ) -> _T:
     """Read a document; a hash that it states must be that of what was read."""
-    file = str(path)
     table = read_json_object(path, largest_bytes=form.largest_bytes)
+    return document_of(table, str(path), form, read, sha256)
+
+
+def document_of(
+    table: dict[str, object],
+    file: str,
+    form: Form,
+    read: Callable[[dict[str, object], str], _T],
+    sha256: Callable[[_T], str],
+) -> _T:
+    """Return the document that a JSON object is."""
     stated, version = table.pop("format", "nothing"), table.pop("version", None)
     if stated != form.format:
         found, place = printable(str(stated), 40), Place(file, key="format")

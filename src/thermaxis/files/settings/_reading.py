@@ -60,9 +60,13 @@ def parse_toml(content: bytes | str, *, file: str) -> dict[str, object]:
 
 
 def read_json_object(path: Path | str, *, largest_bytes: int) -> dict[str, object]:
-    """Read a file that holds one JSON object: no key twice, no NaN."""
+    """Read a file that holds one JSON object."""
     file = str(path)
-    text = _decoded(_content(path, largest_bytes), file)
+    return parse_json_object(_decoded(_content(path, largest_bytes), file), file=file)
+
+
+def parse_json_object(text: str, *, file: str) -> dict[str, object]:
+    """Return the one JSON object of a text: no key twice, no NaN."""
 
     def unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
         table = dict(pairs)

@@ -39,8 +39,14 @@ from typing import Any, cast
 from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings._document import Form, content_sha256, read_document, write_document
-from thermaxis.files.settings._reading import settings_of
+from thermaxis.files.settings._document import (
+    Form,
+    content_sha256,
+    document_of,
+    read_document,
+    write_document,
+)
+from thermaxis.files.settings._reading import parse_json_object, settings_of
 
 FORMAT = "thermaxis-compensation-model"
 """What every model says that it is."""
@@ -163,6 +169,11 @@ def read_model(path: Path | str) -> CompensationModel:
         unknown, missing or repeated key, a value that cannot be, or a hash that does not fit.
     """
     return read_document(path, _FORM, _model, model_sha256)
+
+
+def parse_model(text: str, *, name: str) -> CompensationModel:
+    """Return the model whose file has a text, as `read_model` does; errors call it by a name."""
+    return document_of(parse_json_object(text, file=name), name, _FORM, _model, model_sha256)
 
 
 def _model(content: dict[str, object], file: str) -> CompensationModel:

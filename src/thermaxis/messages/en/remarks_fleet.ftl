@@ -1,5 +1,9 @@
-### Remarks on what machines ship
+### Remarks on what machines ship, and on their nights
 
 remark-part_kept_apart = The lake has other content in its place: it is kept apart, below apart/. Was the history begun anew, or have two machines one name?
 remark-part_sent_again = The lake's copy was cut and is replaced
 remark-part_unreadable = The file is damaged and was not sent; thermaxis history check says more
+
+remark-nothing_measured = no displacement was measured on the day: the model was not verified
+remark-clock_went_back = the clock went back { $count } times: minutes that came twice are joined
+remark-night_failed = failed twice and is set aside: { $failure }

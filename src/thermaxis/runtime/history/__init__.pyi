@@ -8,6 +8,7 @@ from ._columns import (
 from ._database import (
     check_database as check_database,
     printable_cause as printable_cause,
+    writing_engine as writing_engine,
 )
 from ._export import (
     Condition as Condition,

@@ -1,0 +1,92 @@
+"""What a night of a fleet costs: processor time and memory of one, engine, registry.
+
+python benchmarks/fleet_nights.py            7 days of minutes, 20 nights
+python benchmarks/fleet_nights.py 60 2       60 nights, on two workers of Dask as well
+"""
+
+import resource
+import sys
+import tempfile
+import time
+from datetime import timedelta
+from pathlib import Path
+
+from tests.unit.fleet import fleet_machines as machines
+from thermaxis.fleet import (
+    Lake,
+    NightJob,
+    NightOutcome,
+    NightResult,
+    Registry,
+    dask_engine,
+    results_of,
+    serial_engine,
+    work,
+)
+
+BACK, ROWS = 6, 20_000
+machines.DAYS = BACK + 1
+LAST = machines.FIRST + timedelta(days=BACK)
+
+
+def nothing(job: int) -> int:
+    return job
+
+
+def main(nights: int, workers: int) -> None:
+    folder = Path(tempfile.mkdtemp(prefix="fleet_nights"))
+    (folder / "lake").mkdir()
+    machines.shipped(folder / "m", folder / "lake", "M", machines.Truth(), machines.DAYS)
+    jobs = [NightJob(machines.machine_of("M"), LAST, BACK, str(folder / "lake"))] * nights
+    work(jobs[0])
+    begin_s, read_s = time.process_time(), 0.0
+    for _ in jobs[:5]:
+        Lake(str(folder / "lake")).minutes("M", LAST, BACK)
+    read_s = (time.process_time() - begin_s) / 5
+    begin_s = time.process_time()
+    with serial_engine() as engine:
+        for job, _ in enumerate(results_of(engine, work, jobs)):
+            del job
+    cpu_s = (time.process_time() - begin_s) / nights
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"{BACK + 1} days of minutes: {cpu_s:.2f} s of a core, {read_s:.3f} s of it reading;")
+    print(f"{3600 / cpu_s:.0f} machine-nights per core-hour, {peak:.0f} MB")
+    _registry(folder)
+    for number in range(1, workers + 1):
+        with dask_engine(workers=number) as engine:
+            list(results_of(engine, work, jobs[: 2 * number]))
+            begin_s = time.perf_counter()
+            list(results_of(engine, nothing, range(200)))
+            empty_s = (time.perf_counter() - begin_s) / 200
+            begin_s = time.perf_counter()
+            list(results_of(engine, work, jobs))
+            wall_s = time.perf_counter() - begin_s
+        print(
+            f"Dask, {number} workers: {nights / wall_s:.2f} nights/s, an empty job {empty_s:.4f} s"
+        )
+
+
+def _registry(folder: Path) -> None:
+    with Registry.make(f"sqlite:///{folder / 'registry.db'}", "lake") as registry:
+        many = [machines.machine_of(f"M{k}") for k in range(200)]
+        for one in many:
+            registry.add(one, "first")
+        begin_s = time.perf_counter()
+        for k in range(ROWS // len(many)):
+            day = LAST + timedelta(days=k)
+            registry.record(
+                NightResult(
+                    machine=one.name,
+                    day=day,
+                    model_sha256=one.model_sha256,
+                    outcome=NightOutcome.UNVERIFIED,
+                )
+                for one in many
+            )
+        rate = ROWS / (time.perf_counter() - begin_s)
+    print(f"registry, SQLite: {rate:.0f} nights stored in a second")
+
+
+if __name__ == "__main__":
+    given = [int(word) for word in sys.argv[1:]]
+    main(*(given + [20, 0][len(given) :]))

@@ -1,0 +1,232 @@
+"""Look after many machines: their models verified every night, from what they ship.
+
+REGISTRY is a file of SQLite or the URL of a PostgreSQL database. Nothing is written onto a machine.
+"""
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from datetime import UTC, date, datetime, timedelta
+from pathlib import Path
+from typing import Any, cast
+
+from thermaxis import fleet
+from thermaxis.cli._arguments import add_json, adder, count, day, refuse_both
+from thermaxis.cli._database import add_password_file, database_of
+from thermaxis.cli._json import show
+from thermaxis.cli._progress import Progress
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError
+from thermaxis.files import format_model, model_sha256, read_model
+from thermaxis.messages import text_of
+from thermaxis.report.tables import Part, Table, Value, values_of
+
+_DAYS_BACK = 6
+_WORST = "rmse_um"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command."""
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
+
+    def action(name: str, text: str) -> argparse.ArgumentParser:
+        found = actions.add_parser(name, help=text, allow_abbrev=False)
+        adder(found)("registry REGISTRY", "file of SQLite, or URL of a database")
+        add_password_file(found)
+        return found
+
+    init = action("init", "make a registry, or bring an older one to this version")
+    adder(init)("lake LAKE", "folder to which machines ship, or a URL of fsspec")
+    added = action("add", "add a machine, or give one another model")
+    add = adder(added)
+    add("machine MACHINE", "its name, as in the lake")
+    add("model MODEL", "its model in force (JSON)", Path)
+    add("--kind KIND", "machines of one kind are sisters (default: machine)", default="machine")
+    add(
+        "--channel NAME=COLUMN",
+        "column of its history for a channel of the model, or for the displacement of an output"
+        " (default: of its own name, and probe_OUTPUT); may be given more than once",
+        _pair,
+        many=True,
+    )
+    add("--why TEXT", "why this model (default: added)", default="added")
+    nights = action("night", "verify every machine's model on a day, from the lake")
+    add = adder(nights)
+    add("--day DATE", "the day, UTC (default: yesterday)", day)
+    add(
+        "--days-back N",
+        f"days before it from which the model runs (default: {_DAYS_BACK})",
+        count("number", 0),
+        default=_DAYS_BACK,
+    )
+    add("--machine MACHINE", "only this one; may be given more than once", many=True)
+    add(
+        "--workers N",
+        "processes on this computer (default: 0, in this one)",
+        count("number", 0),
+    )
+    add("--scheduler URL", "scheduler of a Dask cluster that exists: tcp://host:8786")
+    add("--dry-run", "only say what is missing", bool)
+    add_json(nights)
+    shown = action("show", "show the machines' last night")
+    adder(shown)("--day DATE", "that of this day (default: the newest)", day)
+    add_json(shown)
+    one = action("machine", "show a machine: its models and its nights")
+    adder(one)("machine MACHINE", "its name")
+    add_json(one)
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, sign, column = text.partition("=")
+    if not (name and sign and column):
+        raise argparse.ArgumentTypeError(f"'{text}' is no NAME=COLUMN")
+    return name, column
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Make, add, do or show."""
+    address = database_of(arguments.registry, arguments.password_file, key="REGISTRY")
+    if arguments.action == "init":
+        fleet.Lake(arguments.lake)
+        lake = arguments.lake
+        if "://" not in lake:
+            lake = str(Path(lake).absolute())
+        fleet.Registry.make(address[0], lake, address[1]).close()
+        sys.stdout.write(f"The registry is made; its lake is {lake}.\n")
+        return 0
+    actions = {"add": _add, "night": _night, "show": _show, "machine": _machine}
+    with fleet.Registry(*address) as registry:
+        return actions[arguments.action](arguments, registry)
+
+
+def _add(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    model = read_model(arguments.model)
+    channels: dict[str, str] = dict(arguments.channel)
+    known = [*model.channels, *(output.name for output in model.outputs)]
+    for name in channels:
+        if name not in known:
+            place = Place(key="--channel")
+            raise ConfigurationError("unknown_name", place=place, name=name, known=", ".join(known))
+    machine = fleet.FleetMachine(
+        *(arguments.machine, arguments.kind, format_model(model), model_sha256(model)), channels
+    )
+    new = registry.add(machine, arguments.why)
+    sys.stdout.write(f"{arguments.machine} is {'added' if new else 'changed'}.\n")
+    return 0
+
+
+# ---- nights -------------------------------------------------------------------------------------
+
+
+def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    """Do what is missing; the code is 1 where a machine was set aside or could not be read."""
+    refuse_both(arguments, "--workers", "--scheduler")
+    today = datetime.now(UTC).date()
+    asked = date.fromisoformat(arguments.day) if arguments.day else today - timedelta(days=1)
+    if asked >= today:
+        raise ConfigurationError("day_not_over", place=Place(key="--day"))
+    chosen = {machine.name for machine in registry.machines(arguments.machine)}
+    missing = [machine for machine in registry.missing(asked) if machine.name in chosen]
+    jobs = [fleet.NightJob(m, asked, arguments.days_back, registry.lake) for m in missing]
+    of_day: list[Part] = [Value("day", asked.isoformat(), "day")]
+    if arguments.dry_run:
+        names = [machine.name for machine in missing]
+        show([*of_day, Value("missing", names, "missing")], arguments.json)
+        return 0
+    with ExitStack() as stack:
+        progress = stack.enter_context(Progress())
+        engine = stack.enter_context(
+            fleet.dask_engine(arguments.scheduler or "", arguments.workers or 0)
+            if jobs and (arguments.scheduler or arguments.workers)
+            else fleet.serial_engine()
+        )
+        done = fleet.do_nights(registry, jobs, engine, report=progress)
+    said = [f"{name}: {text_of(message)}" for name, message in done.unread.items()]
+    show(
+        [
+            *of_day,
+            *(
+                Value(key, getattr(done, key), key.replace("_", " "))
+                for key in ("asked", "stored", "not_shipped", "set_aside")
+            ),
+            Value("unread", said, "not read"),
+        ],
+        arguments.json,
+    )
+    return 1 if done.set_aside or said else 0
+
+
+def _show(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    asked = date.fromisoformat(arguments.day) if arguments.day else registry.last_day()
+    nights = [] if asked is None else registry.nights(asked)
+    rows = [_row(night, night.machine) for night in sorted(nights, key=_worst_first)]
+    when = None if asked is None else asked.isoformat()
+    parts: list[Part] = [
+        Value("day", when),
+        Table(f"Nights of {when or 'no day yet'}, the worst first", rows, key="nights", words=3),
+    ]
+    show(parts, arguments.json)
+    return 0
+
+
+def _machine(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    (machine,) = registry.machines([arguments.machine])
+    nights = registry.nights(machine=machine.name)
+    models = [
+        [
+            Value("sha256", model.sha256),
+            Value("parent_sha256", model.parent_sha256),
+            Value("added_utc", model.added_utc.isoformat()),
+            Value("why", model.why, "why"),
+            Value("", model.sha256[:12], "model"),
+            Value("", f"{model.added_utc:%Y-%m-%d %H:%M}", "added"),
+        ]
+        for model in registry.models(machine.name)
+    ]
+    parts: list[Part] = [
+        *values_of(machine, "name", "kind", "model_sha256"),
+        Value("channels", dict(machine.channels)),
+        Table(f"{machine.name} ({machine.kind}): models", models, key="models", words=3),
+        Table(
+            "Nights",
+            [_row(night, night.day.isoformat()) for night in nights],
+            key="nights",
+            words=3,
+        ),
+    ]
+    show(parts, arguments.json)
+    return 0
+
+
+def _outputs(night: fleet.StoredNight) -> Mapping[str, Mapping[str, Any]]:
+    return cast("Mapping[str, Mapping[str, Any]]", night.result["outputs"])
+
+
+def _worst_first(night: fleet.StoredNight) -> tuple[int, float]:
+    """Order nights: those set aside, then sensors, then by what the model leaves."""
+    set_aside = night.result["outcome"] == fleet.NightOutcome.SET_ASIDE
+    left = [float(one[_WORST]) for one in _outputs(night).values()]
+    return (0 if set_aside else 1 if night.result["sensor_codes"] else 2, -max(left, default=0.0))
+
+
+def _row(night: fleet.StoredNight, first: str) -> list[Value]:
+    """Return a night as a row: of several outputs the terminal shows the worst."""
+    result, outputs = night.result, _outputs(night)
+    worst = max(outputs.values(), key=lambda one: float(one[_WORST]), default=dict[str, Any]())
+    sensors = cast("Sequence[Mapping[str, Any]]", result["sensor_codes"])
+    return [
+        Value("machine", night.machine),
+        Value("kind", night.kind),
+        Value("day", night.day.isoformat()),
+        Value("model_sha256", night.model_sha256),
+        Value("version", night.version),
+        *(Value(key, value) for key, value in result.items()),
+        Value("", first, "night of"),
+        Value("", str(result["outcome"]), "outcome"),
+        Value("", ", ".join(str(one["place"]["channel"]) for one in sensors) or "–", "sensors"),
+        Value("", worst.get("touches"), "touches"),
+        Value("", worst.get("rmse_um"), "left um", ".2f"),
+        Value("", worst.get("mean_um"), "mean um", "+.2f"),
+        Value("", worst.get("offset_mae_um"), "with touches um", ".2f"),
+    ]

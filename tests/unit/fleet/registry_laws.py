@@ -1,0 +1,117 @@
+"""What every database of a registry must hold; SQLite and PostgreSQL are both asked."""
+
+from collections.abc import Callable
+from datetime import timedelta
+from threading import Barrier, Thread
+
+import pytest
+
+from tests.unit.fleet.fleet_machines import GAIN, LAST, machine_of
+from thermaxis import __version__
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.fleet import FleetMachine, NightOutcome, NightResult, Registry
+
+Made = Callable[[], Registry]
+"""Opens the registry that a test has made."""
+
+
+def result_of(machine: FleetMachine, minutes: int = 1440) -> NightResult:
+    """Return a night."""
+    return NightResult(
+        machine=machine.name,
+        day=LAST,
+        model_sha256=machine.model_sha256,
+        outcome=NightOutcome.UNVERIFIED,
+        minutes=minutes,
+    )
+
+
+class RegistryLaws:
+    """Tests for a fixture `made`: a function that opens one and the same registry."""
+
+    def test_machines_are_what_was_added_and_their_models_are_kept(self, made: Made) -> None:
+        with made() as registry:
+            one, other = machine_of("Lathe 3", T_spindle_C="T3_C"), machine_of("µ")
+            assert registry.add(one, "first")
+            assert registry.add(other, "first")
+            assert registry.machines() == [one, other]
+            better = machine_of("Lathe 3", 1.1 * GAIN)
+            assert not registry.add(better, "warm days")
+            assert not registry.add(one, "back")
+            assert registry.machines(["Lathe 3"]) == [one]
+            first, second = registry.models("Lathe 3")
+            assert (first.sha256, first.parent_sha256, first.why) == (
+                one.model_sha256,
+                None,
+                "first",
+            )
+            assert (second.sha256, second.parent_sha256) == (
+                better.model_sha256,
+                one.model_sha256,
+            )
+            with pytest.raises(ConfigurationError, match="Lathe 3"):
+                registry.machines(["Lathe"])
+
+    def test_a_night_is_stored_once_and_missing_until_then(self, made: Made) -> None:
+        with made() as registry:
+            machines = [machine_of(f"M{k}") for k in range(3)]
+            for machine in machines:
+                registry.add(machine, "first")
+            assert registry.last_day() is None
+            assert registry.missing(LAST) == machines
+            assert registry.record(map(result_of, machines[:2])) == 2
+            assert registry.record([result_of(one, 7) for one in machines]) == 1
+            assert registry.missing(LAST) == []
+            assert registry.missing(LAST + timedelta(days=1)) == machines
+            nights = registry.nights(LAST)
+            assert [(one.machine, one.result["minutes"]) for one in nights] == [
+                *(("M0", 1440), ("M1", 1440)),
+                ("M2", 7),
+            ]
+            assert {one.version for one in nights} == {__version__}
+            assert registry.last_day() == LAST
+            registry.add(machine_of("M0", 2.0), "another model has nights of its own")
+            assert [one.name for one in registry.missing(LAST)] == ["M0"]
+            assert registry.record([]) == 0
+
+    def test_of_two_programs_at_once_each_night_is_stored_by_one(self, made: Made) -> None:
+        machines = [machine_of(f"M{k:02}") for k in range(20)]
+        with made() as registry:
+            for machine in machines:
+                registry.add(machine, "first")
+        begin, stored = Barrier(2), list[int]()
+
+        def coordinator(minutes: int) -> None:
+            with made() as registry:
+                begin.wait()
+                stored.extend(registry.record([result_of(one, minutes)]) for one in machines)
+
+        both = [Thread(target=coordinator, args=(minutes,)) for minutes in (1, 2)]
+        for one in both:
+            one.start()
+        for one in both:
+            one.join()
+        with made() as registry:
+            nights = registry.nights(LAST)
+        assert (len(stored), sum(stored), len(nights)) == (40, 20, 20)
+        assert {one.result["minutes"] for one in nights} <= {1, 2}
+
+    def test_a_registry_is_made_once_and_another_version_is_refused(
+        self, made: Made, url: str, password: str
+    ) -> None:
+        with made() as registry:
+            registry.add(machine_of("A"), "first")
+        with Registry.make(url, "elsewhere", password) as registry:
+            assert (registry.lake, len(registry.machines())) == ("elsewhere", 1)
+            with registry._asked() as connection:
+                connection.exec_driver_sql("UPDATE registry SET value = '99'"
+                                           " WHERE name = 'version'")  # fmt: skip
+        for open_it in (made, lambda: Registry.make(url, "lake", password)):
+            with pytest.raises(ConfigurationError, match="version 99"):
+                open_it()
+
+    def test_a_database_without_a_registry_is_said(self, made: Made, url: str, password: str):
+        with made() as registry, registry._asked() as connection:
+            connection.exec_driver_sql("DELETE FROM registry")
+        with pytest.raises(DataError, match="no registry"):
+            Registry(url, password)

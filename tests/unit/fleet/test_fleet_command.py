@@ -1,0 +1,81 @@
+"""``thermaxis fleet`` from the first machine to its nights."""
+
+import json
+from datetime import UTC, datetime
+
+import pytest
+
+from tests.unit.fleet.fleet_machines import GAIN, LAST, Truth, model_of, shipped
+from thermaxis.cli import main
+from thermaxis.files import write_model
+
+
+@pytest.fixture
+def fleet(tmp_path, monkeypatch):
+    """Return a folder with a registry of four machines, of which one has not shipped."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lake").mkdir()
+    truths = {"good": Truth(), "frozen": Truth(2, frozen=True), "wrong": Truth(1)}
+    for name, truth in truths.items():
+        shipped(tmp_path / "machines", tmp_path / "lake", name, truth)
+    write_model(model_of(), tmp_path / "model.json")
+    write_model(model_of(1.5 * GAIN), tmp_path / "wrong.json")
+    assert main(["fleet", "init", "registry.db", "lake"]) == 0
+    for name in (*truths, "away"):
+        model = "wrong.json" if name == "wrong" else "model.json"
+        assert main(["fleet", "add", "registry.db", name, model, "--kind", "mill"]) == 0
+    return tmp_path
+
+
+def answer(capsys, *words: str, code: int = 0) -> dict:
+    capsys.readouterr()
+    assert main(["fleet", *words, "--json", "-"]) == code
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_morning_shows_sensors_and_models_that_need_a_look_before_the_others(fleet, capsys):
+    night = ("night", "registry.db", "--day", LAST.isoformat(), "--days-back", "2")
+    planned = answer(capsys, *night, "--dry-run")
+    assert planned == {
+        "day": LAST.isoformat(),
+        "missing": ["away", "frozen", "good", "wrong"],
+    }
+    done = answer(capsys, *night)
+    assert (done["asked"], done["stored"], done["not_shipped"]) == (4, 3, 1)
+    assert answer(capsys, *night)["asked"] == 1
+    shown = answer(capsys, "show", "registry.db")
+    assert [one["machine"] for one in shown["nights"]] == ["frozen", "wrong", "good"]
+    assert shown["day"] == LAST.isoformat()
+    left = {one["machine"]: one["outputs"]["Z_um"]["rmse_um"] for one in shown["nights"]}
+    assert left["wrong"] > 5.0 * left["good"]
+    assert main(["fleet", "show", "registry.db"]) == 0
+    assert "T_spindle_C" in capsys.readouterr().out
+
+
+def test_a_machine_is_shown_with_its_models_and_nights(fleet, capsys):
+    assert main(["fleet", "add", "registry.db", "wrong", "model.json", "--why", "mended"]) == 0
+    night = ["night", "registry.db", "--day", LAST.isoformat(), "--machine", "wrong"]
+    assert main(["fleet", *night]) == 0
+    shown = answer(capsys, "machine", "registry.db", "wrong")
+    assert [one["why"] for one in shown["models"]] == ["added", "mended"]
+    assert shown["models"][1]["parent_sha256"] == shown["models"][0]["sha256"]
+    assert [one["model_sha256"] for one in shown["nights"]] == [shown["model_sha256"]]
+    assert main(["fleet", "machine", "registry.db", "wrong"]) == 0
+    assert "mended" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("night", "registry.db", "--day", datetime.now(UTC).date().isoformat()), "not over"),
+        (("night", "registry.db", "--machine", "nobody"), "nobody"),
+        (("night", "registry.db", "--workers", "1", "--scheduler", "tcp://x"), "exclude"),
+        (("add", "registry.db", "good", "model.json", "--channel", "T_x=y"), "T_spindle_C"),
+        (("init", "registry.db", "no lake"), "no such folder"),
+        (("show", "nothing.db"), "no such file"),
+        (("machine", "registry.db", "good", "--password-file", "x"), "URL"),
+    ],
+)
+def test_what_is_wrong_is_said(fleet, words, said, capsys):
+    assert main(["fleet", *words]) == 2
+    assert said in capsys.readouterr().err

@@ -1,0 +1,117 @@
+"""A night of one machine: its model is judged by what was measured, less what was corrected."""
+
+import json
+from dataclasses import replace
+from datetime import timedelta
+
+import polars as pl
+import pytest
+
+from tests.unit.fleet.fleet_machines import (
+    DAYS,
+    GAIN,
+    LAST,
+    MINUTES,
+    Truth,
+    cycles_of,
+    model_of,
+)
+from thermaxis.fleet import NightOutcome, NightResult, night, night_as_json
+from thermaxis.runtime.history import MINUTE
+from thermaxis.runtime.history._parts import minutes_of
+
+
+def days_of(truth: Truth) -> list[pl.DataFrame]:
+    """Return the minutes of each day."""
+    table = cycles_of(truth)
+    parts = [table.slice(k * MINUTES, MINUTES) for k in range(DAYS)]
+    return [minutes_of(part.lazy()).collect() for part in parts]
+
+
+def found(minutes: list[pl.DataFrame], gain: float = GAIN, **channels: str) -> NightResult:
+    result = night("A", model_of(gain), "0" * 64, minutes, LAST, channels=channels)
+    assert result is not None
+    return result
+
+
+@pytest.fixture(scope="module")
+def days() -> list[pl.DataFrame]:
+    return days_of(Truth())
+
+
+def test_a_true_model_leaves_the_noise_of_the_probe_and_a_wrong_gain_its_share(days):
+    true, wrong, more = (found(days, k * GAIN).outputs["Z_um"] for k in (1.0, 1.3, 1.6))
+    assert (true.rows, true.touches) == (MINUTES // 30, 2 * MINUTES // 30)
+    assert 0.7 < true.rmse_um < 1.6
+    assert wrong.mean_um < -0.1 * true.uncompensated_um
+    assert more.mean_um - true.mean_um == pytest.approx(2.0 * (wrong.mean_um - true.mean_um))
+    assert true.offset_mae_um < true.held_mae_um
+    assert wrong.within_two_sigma < 0.9 < true.within_two_sigma
+
+
+@pytest.mark.parametrize("corrected", [0.0, 0.7, 1.3])
+def test_what_was_corrected_says_nothing_of_the_model(days, corrected):
+    plain, other = (found(one).outputs["Z_um"] for one in (days, days_of(Truth(0, corrected))))
+    for key in ("rmse_um", "mean_um", "mae_um", "uncompensated_um"):
+        assert getattr(other, key) == pytest.approx(getattr(plain, key), abs=1e-6), key
+
+
+def test_only_the_last_day_counts_and_the_days_before_it_warm_the_model(days):
+    later = (LAST + timedelta(days=1)).isoformat()
+    assert found(days).minutes == MINUTES
+    assert night("A", model_of(), "", days, LAST + timedelta(days=1)) is None, later
+    assert night("A", model_of(), "", [], LAST) is None
+    alone = found(days[-1:])
+    assert alone.outputs["Z_um"].touches == MINUTES // 30
+
+
+def test_a_frozen_sensor_is_named_and_a_sensor_that_is_away_verifies_nothing():
+    frozen = found(days_of(Truth(2, frozen=True)))
+    assert [one.place.channel for one in frozen.sensors] == ["T_spindle_C"]
+    away = [day.drop("T_spindle_C_mean") for day in days_of(Truth())]
+    result = found(away)
+    assert result.outcome is NightOutcome.UNVERIFIED
+    assert [one.code for one in result.sensors] == ["log-never_measured"]
+    assert result.remarks
+
+
+def test_without_touches_on_the_day_sensors_are_judged_alone(days):
+    bare = [*days[:-1], days[-1].with_columns(pl.lit(None, pl.Float64).alias("probe_Z_um_mean"))]
+    result = found(bare)
+    assert result.outcome is NightOutcome.UNVERIFIED
+    assert [one.code for one in result.remarks] == ["remark-nothing_measured"]
+    assert result.outputs is None
+
+
+def test_a_sensor_map_finds_channels_and_probes_of_other_names(days):
+    names = {
+        f"{old}_{end}": f"{new}_{end}"
+        for old, new in (("T_spindle_C", "T3_C"), ("probe_Z_um", "probe_tip_um"))
+        for end in ("mean", "count")
+    }
+    renamed = [day.rename(names) for day in days]
+    assert found(renamed, T_spindle_C="T3_C", Z_um="probe_tip_um") == found(days)
+
+
+def test_a_clock_that_went_back_is_said_and_a_minute_that_came_twice_counts_once(days):
+    """The last hour comes again, in a part of its own, as after a clock that was set back."""
+    again = days[-1].tail(60)
+    result = found([*days, again])
+    assert [one.code for one in result.remarks] == ["remark-clock_went_back"]
+    plain = found(days)
+    assert replace(result, remarks=()).outputs["Z_um"].rows == plain.outputs["Z_um"].rows
+    assert result.outputs["Z_um"].rmse_um == pytest.approx(plain.outputs["Z_um"].rmse_um)
+    assert result.minutes == MINUTES
+
+
+def test_machines_that_were_off_for_hours_are_verified_as_well(days):
+    holes = [day.filter((pl.col(MINUTE).dt.hour() < 1) | (pl.col(MINUTE).dt.hour() > 5))
+             for day in days]  # fmt: skip
+    result = found(holes)
+    assert result.outcome is NightOutcome.VERIFIED
+    assert result.outputs["Z_um"].rmse_um < 2.0
+
+
+def test_a_result_is_json(days):
+    text = json.dumps(night_as_json(found(days)), allow_nan=False)
+    assert json.loads(text)["outputs"]["Z_um"]["rows"] == MINUTES // 30
