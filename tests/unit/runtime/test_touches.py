@@ -419,9 +419,12 @@ def configured(folder: Path, table: str = TABLE, *changes: tuple[str, str]) -> P
 
 def test_a_table_makes_the_rules_and_reads_the_counter_before_its_value(tmp_path: Path) -> None:
     source = 'connection = "control"\ndatum_node = "ns=2;s=Datum"\n\n[sink]'
-    path = configured(tmp_path, TABLE, ('connection = "control"\n\n[sink]', source))
+    table = f"{TABLE}delay_s = 8.0\nwanted_std_um = 0.99\n"
+    path = configured(tmp_path, table, ('connection = "control"\n\n[sink]', source))
     found = read_machine(path)
     assert found.compensation.touches == {"Z_um": TouchRules(limits=Limits(10.0, 0.05))}
+    asked = loop_settings(found)
+    assert (asked.touch_delay_s, asked.wanted_std_um) == ({"Z_um": 8.0}, {"Z_um": 0.99})
     assert [(name, one.node) for name, one in probes_read(found).items()] == [
         (COUNTER, "ns=2;s=Touches"),
         (PROBE, "ns=2;s=Touch"),
@@ -439,6 +442,7 @@ def test_what_cannot_be_touched_is_said(tmp_path: Path) -> None:
         (TABLE.replace("10.0", "101.0"), "probe.Z_um.largest_um", "outside_range"),
         (TABLE.replace("10.0", "0.0"), "probe.Z_um.largest_um", "not_above_bound"),
         (f"{TABLE}noise_um = 0.0\n", "probe.Z_um.noise_um", "outside_range"),
+        (f"{TABLE}wanted_std_um = 0.98\n", "probe.Z_um.wanted_std_um", "outside_range"),
         (f"{TABLE}delay_s = 100.0\n", "probe.Z_um.delay_s", "outside_range"),
         (TABLE.replace("s=Touches", "s=Touch"), "probe.Z_um.counter_node", "node_twice"),
     ):

@@ -47,6 +47,7 @@ _AT_ONCE = 2000
 """Readings whose leverages are worked out together. [1]"""
 
 
+@cache
 def _lapack() -> Any:
     """Return the module without its annotations, which are incomplete."""
     from scipy.linalg import lapack  # noqa: PLC0415 - it takes longer to import than most runs take
@@ -556,7 +557,7 @@ def fit(sums: Sums, penalty: FloatArray, departure: FloatArray) -> Fit:
     for c in range(c_all):
         band[: ORDER * c_all : c_all, c::c_all] += penalty / departure[c] ** 2
     factor = _banded_factor(band)
-    solved = _banded_solve(factor, np.column_stack((sums.right, sums.cross.T)))
+    solved = _banded_solve(factor, np.vstack((sums.right, sums.cross)).T)
     spline_right, spline_of_level = solved[:, 0], solved[:, 1:]
     left = sums.normal - sums.cross @ spline_of_level
     level_factor = _full_factor(left)

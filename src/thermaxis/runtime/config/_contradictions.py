@@ -1,6 +1,7 @@
 """What cannot be in a configuration though each of its tables is right by itself."""
 
 import ipaddress
+import math
 import re
 from collections.abc import Collection, Iterator
 from contextlib import suppress
@@ -133,6 +134,13 @@ def _about_probe(table: str, probe: ProbeSettings) -> Iterator[Message]:
     ):
         if lacks:
             yield problem("key_needed_here", table, name=name)
+    start_um2, left_um2 = probe.start_um**2, probe.discrepancy_um**2
+    seen_um2 = probe.noise_um**2 + left_um2
+    least_um = math.sqrt(start_um2 * seen_um2 / (start_um2 + seen_um2) + left_um2)
+    # a touch leaves so much: who wants less would touch without an end
+    if probe.wanted_std_um is not None and probe.wanted_std_um <= least_um:
+        values = {"value": probe.wanted_std_um, "least": round(least_um, 2), "most": 1000.0}
+        yield problem("outside_range", f"{table}.wanted_std_um", **values)
 
 
 def _about_names(file: MachineFile) -> Iterator[Message]:

@@ -277,8 +277,8 @@ class ProbeSettings(TouchFilter):
     """Time from the touch to its counter, such as the way back: what was in force that much earlier
     counts. Default: the counter rises at once. [s]"""
     wanted_std_um: Annotated[float | None, Field(gt=0.0, le=1000.0)] = None
-    """Standard uncertainty of the tool point from which `TouchNow` asks for a touch. Without it:
-    only a touch that does not fit asks for another one. [µm]"""
+    """Standard uncertainty of the tool point from which `TouchNow` asks for a touch, above what a
+    touch leaves. Without it: only a touch that does not fit asks for another one. [µm]"""
     largest_um: Annotated[float | None, Field(gt=0.0, le=LARGEST_LIMIT_UM)] = None
     """Limit of what touches add to the correction, up or down, inside the total; up to 10 000.
     Without it: no touch is looked at. [µm]"""

@@ -21,8 +21,9 @@ class _Answer(NamedTuple):
 class ProbedSource(Source):
     """Reads what another source reads, and adds what probes said last.
 
-    Probes are shown and recorded; nothing is decided by them. They are therefore asked beside the
-    inputs, by a source of their own, and never waited for: a sample is the answer to the question
+    What probes measure is shown and recorded, and what they touch is told of its own time: no cycle
+    needs them. They are therefore asked beside the inputs, by a source of their own, and never
+    waited for: a sample is the answer to the question
     of this cycle where it is there already, and else that of the cycle before, with its true age.
     A question that is not answered from one cycle to the next, and one that fails in any way,
     leaves the samples without a value. While the inputs are lost, probes are lost as well.
