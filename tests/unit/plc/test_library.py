@@ -407,8 +407,6 @@ def excused(name: str) -> bool:
 
 
 NOT_NOTICED = {
-    "correction_um := total_um; | correction_um": "what is wanted lies within the total already",
-    "correction_um := -total_um; | correction_um": "the same",
     "elapsed_s > read_back_s) THEN | > -> >=": "where they are equal both say the same time",
     "elapsed_s > longest_at_limit_s) THEN | > -> >=": "the same",
     "running_s := settle_s; |": "how far beyond the limit is counted does not matter",
