@@ -82,8 +82,7 @@ class Touches:
             self._taken[name] = self._seen[name][0]
             if self._replayed:  # the log's machine was not corrected
                 value_um += state.correction_um[compensation.model.outputs.index(output)]
-            at_s -= self._delay_s.get(name, 0.0)
-            touches.append(Touch(name, value_um, at_s))
+            touches.append(Touch(name, value_um, at_s - self._delay_s.get(name, 0.0)))
         touches += [Touch(t.output, t.value or 0.0, now_s - (t.duration_s or 0.0)) for t in typed]
         for k, touch in enumerate(touches):
             self._count += 1
@@ -96,7 +95,7 @@ class Touches:
     def _risen(self, name: str, counter: SourceSample, now_s: float) -> float | None:
         """Return when a counter was seen to rise, while its touch is not taken. [s]"""
         count = counter.value if counter.good else None
-        if count is None or not count.is_integer():
+        if count is None or not float(count).is_integer():
             return None
         if count <= self._taken.setdefault(name, count):
             self._taken[name] = count
