@@ -2,7 +2,7 @@
 
 The only function that acts on a machine: it answers requests, judges the inputs, advances the
 model, believes touches, asks the supervisor and limits the correction. Standard library only, no
-clock, no input or output, no exception. The exported PLC block does the same, without touches.
+clock, no input or output, no exception. The exported PLC block does the same.
 """
 
 import math

@@ -15,6 +15,7 @@ from ._library import (
     LIBRARY as LIBRARY,
     LIBRARY_VERSION as LIBRARY_VERSION,
     SINUMERIK as SINUMERIK,
+    TOUCH as TOUCH,
     SclCpu as SclCpu,
     StFlavour as StFlavour,
     c_library as c_library,

@@ -17,12 +17,21 @@ from thermaxis.compensation import (
     Reason,
     SampleQuality,
     SupervisorState,
+    TouchOutcome,
+    TouchRules,
 )
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._interface import NEVER_OUTCOMES, NEVER_QUALITIES, Interface, interface_of
+from thermaxis.plc._interface import (
+    NEVER_OUTCOMES,
+    NEVER_QUALITIES,
+    NEVER_TOUCHED,
+    Interface,
+    interface_of,
+)
 from thermaxis.plc._library import (
     LIBRARY,
     LIBRARY_VERSION,
+    TOUCH,
     SclCpu,
     StFlavour,
     c_library,
@@ -175,16 +184,21 @@ class Block:
         ----------
         ISO/IEC 9899:1999, 5.2.4.2.2 (FLT_EVAL_METHOD), 6.5 (contraction).
         """
-        files = c_library(double=self.settings.double)
+        files = c_library(self._libraries, double=self.settings.double)
         source = "model_only.c.j2" if self.model_only else "block.c.j2"
         files[f"{self.name}.h"] = self._rendered("block.h.j2")
         files[f"{self.name}.c"] = self._rendered(source)
         return files
 
     def _texts(self) -> dict[str, str]:
-        library = st_library(double=self.settings.double)
+        texts = {n: st_library(n, double=self.settings.double) for n in self._libraries}
         template = "model_only.st.j2" if self.model_only else "block.st.j2"
-        return {LIBRARY: library, self.name: self._rendered(template)}
+        return {**texts, self.name: self._rendered(template)}
+
+    @property
+    def _libraries(self) -> tuple[str, ...]:
+        touches = self.settings.compensation.touches and not self.model_only
+        return (LIBRARY, TOUCH) if touches else (LIBRARY,)
 
     def _rendered(self, template: str) -> str:
         return folded(rendered(template, self._context))
@@ -212,7 +226,9 @@ class Block:
             "outcomes": list(Outcome),
             "not_in_time": "the call did not come in time or time of such calls is still owed",
             "qualities": list(SampleQuality),
-            "never": NEVER_OUTCOMES | NEVER_QUALITIES,
+            "touched": bool(compensation.touches),
+            "touch_outcomes": list(TouchOutcome),
+            "never": NEVER_OUTCOMES | NEVER_QUALITIES | NEVER_TOUCHED,
         }
         if line is not None:
             said["k0_mm"], said["slope"] = line_bounds(settings, line)
@@ -242,6 +258,7 @@ class Block:
             "real": int(not settings.double),
             "library": LIBRARY,
             "library_version": LIBRARY_VERSION,
+            "touch_library": TOUCH,
             "channels": sensors[: len(model.channels)],
             "sensors": sensors,
             "later": any(s["w"] > s["k"] for s in sensors),
@@ -320,7 +337,7 @@ def _model(settings: PlcSettings, texts: _Texts) -> dict[str, Any]:
         for k, (stem, part) in enumerate(zip(names.parts, layout.parts, strict=True))
     ]
     rows = zip(model.outputs, names.outputs, settings.compensation.bounds, settings.steps_um,
-               layout.spans, strict=True)  # fmt: skip
+               layout.spans, settings.compensation.probed, strict=True)  # fmt: skip
     outputs: _Items = [
         {
             "k": k,
@@ -328,10 +345,14 @@ def _model(settings: PlcSettings, texts: _Texts) -> dict[str, Any]:
             "text": remark_text(output.name),
             **texts.all("", output.name, **asdict(bounds), offset_um=offset_um),
             "rate_step_um": texts.one("largest_rate_um_per_s", step_um, output.name),
+            "acts": own is not None and own.acts,
+            "touch": None if own is None else _touch(settings, own, output.name, texts),
             "parts": parts[first:behind],
             "ranged": [part for part in parts[first:behind] if part["ranged"]],
         }
-        for k, (output, stem, bounds, step_um, (first, behind, offset_um)) in enumerate(rows, 1)
+        for k, (output, stem, bounds, step_um, (first, behind, offset_um), own) in enumerate(
+            rows, 1
+        )
     ]
     channels = [remark_text(channel) for channel in model.channels]
     return {
@@ -364,9 +385,28 @@ def _model(settings: PlcSettings, texts: _Texts) -> dict[str, Any]:
         ],
         "parts": parts,
         "outputs": outputs,
+        "touched": [output for output in outputs if output["touch"]],
         "ranged": any(part["ranged"] for part in parts),
         "gained": [part for part in parts if part["gain"]],
     }
+
+
+def _touch(settings: PlcSettings, own: TouchRules, name: str, texts: _Texts) -> dict[str, str]:
+    """Return the rules of touches: variances, because no power is computed in a block."""
+    return texts.all(
+        "touches",
+        name,
+        touch_um2=own.noise_um**2 + own.discrepancy_um**2,
+        discrepancy_um2=own.discrepancy_um**2,
+        drift_um2_per_h=own.drift_um_per_root_h**2,
+        start_um2=own.start_um**2,
+        gate=own.gate,
+        gate_2=own.gate**2,
+        ramp_um_per_h=own.ramp_um_per_h,
+        confirm_s=own.confirm_s,
+        largest_um=own.limits.largest_um,
+        rate_step_um=own.limits.largest_rate_um_per_s * settings.cycle_s,
+    )
 
 
 def _alpha(settings: PlcSettings, tau_s: float) -> float:

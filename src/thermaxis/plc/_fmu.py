@@ -63,6 +63,7 @@ def _unit(block: Block, fmi: Literal[2, 3]) -> bytes:
         "token": sha256("".join(texts.values()).encode("ascii")).hexdigest(),
         "cycle_s": repr(block.settings.cycle_s),
         "model_only": block.model_only,
+        "touched": "thermaxis_touch.c" in texts,
         "face": face,
         "variables": variables,
         "kinds": {"number": number, "BOOL": "Boolean", "INT": "Integer" if fmi == 2 else "Int16"},

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from enum import Enum
 from typing import NamedTuple, final
 
-from thermaxis.compensation import Outcome, Quality, SampleQuality, SupervisorState
+from thermaxis.compensation import Outcome, Quality, SampleQuality, SupervisorState, TouchOutcome
 from thermaxis.plc._library import LIBRARY_VERSION
 from thermaxis.plc._line import LineSettings
 from thermaxis.plc._names import remark_text
@@ -29,6 +29,10 @@ NEVER_QUALITIES = frozenset(
     }
 )
 """Qualities of what a block has not: redundant sensors and time stamps."""
+
+
+NEVER_TOUCHED = frozenset({TouchOutcome.REPEATED, TouchOutcome.UNKNOWN_OUTPUT})
+"""What never becomes of a touch whose counter has changed, at an output of its own."""
 
 
 class Kind(Enum):
@@ -99,6 +103,7 @@ def interface_of(
     def named(stems: tuple[str, ...], texts: Iterable[str]) -> list[tuple[str, str]]:
         return [(stem, remark_text(text)) for stem, text in zip(stems, texts, strict=True)]
 
+    outputs = named(names.outputs, (output.name for output in model.outputs))
     sensors = named(names.channels, compensation.judged)
     values = {
         "alone": model_only,
@@ -106,7 +111,8 @@ def interface_of(
         "gained": model.layout.gained,
         "sensors": sensors,
         "channels": sensors[: len(model.channels)],
-        "outputs": named(names.outputs, (output.name for output in model.outputs)),
+        "outputs": outputs,
+        "touched": [one for one, own in zip(outputs, compensation.probed, strict=True) if own],
         "parts": named(names.parts, (part.name for part in model.layout.parts)),
         "states": ", ".join(f"{k} {state}" for k, state in enumerate(SupervisorState)),
         "qualities": ", ".join(f"{k} {quality}" for k, quality in enumerate(qualities)),

@@ -4,13 +4,15 @@ SCL is the ST text with other heads, quotes around names of blocks, and ``#`` be
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.resources import files
 from typing import Literal, TypeAlias
 
 LIBRARY = "thermaxis_lib"
 """Name of the library, and of its files."""
+TOUCH = "thermaxis_touch"
+"""Name of the library for touches of a probe, and of its files."""
 SINUMERIK = "thermaxis_sinumerik"
 """Name of the library for one offset of a SINUMERIK, and of its file."""
 LIBRARY_VERSION = 3
@@ -51,11 +53,13 @@ def library_file(name: str) -> str:
     return (files("thermaxis.plc") / "library" / name).read_text("ascii")
 
 
-def st_library(*, double: bool) -> str:
+def st_library(name: str = LIBRARY, *, double: bool) -> str:
     """Return the library as Structured Text.
 
     Parameters
     ----------
+    name : str
+        Which one. Default: the library itself.
     double : bool
         Whether numbers are LREAL; in REAL the lag keeps what its sum loses.
 
@@ -64,7 +68,7 @@ def st_library(*, double: bool) -> str:
     str
         The text.
     """
-    text = library_file(f"{LIBRARY}.st")
+    text = library_file(f"{name}.st")
     if double:
         return text
     lag = re.compile(r"^FUNCTION_BLOCK tx_lag\n(?:.*\n)*?END_FUNCTION_BLOCK\n", re.MULTILINE)
@@ -81,11 +85,13 @@ def sinumerik_library(*, double: bool, cpu: SclCpu | None = None) -> str:
     return text if cpu is None else scl_text(text, cpu)
 
 
-def c_library(*, double: bool) -> dict[str, str]:
+def c_library(names: Iterable[str] = (LIBRARY,), *, double: bool) -> dict[str, str]:
     """Return header and source of the library by file.
 
     Parameters
     ----------
+    names : iterable of str
+        Which ones. Default: the library itself.
     double : bool
         Whether numbers are ``double``, else ``float``.
 
@@ -94,7 +100,8 @@ def c_library(*, double: bool) -> dict[str, str]:
     dict of str to str
         The texts.
     """
-    texts = {f"{LIBRARY}.{ending}": library_file(f"{LIBRARY}.{ending}") for ending in ("h", "c")}
+    every = [f"{name}.{ending}" for name in names for ending in ("h", "c")]
+    texts = {name: library_file(name) for name in every}
     if not double:
         header = texts[f"{LIBRARY}.h"]
         texts[f"{LIBRARY}.h"] = header.replace("#define TX_REAL 0", "#define TX_REAL 1")

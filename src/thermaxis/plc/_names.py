@@ -9,7 +9,7 @@ from typing import final
 from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._library import LIBRARY, SINUMERIK, library_file
+from thermaxis.plc._library import LIBRARY, SINUMERIK, TOUCH, library_file
 
 LONGEST_NAME = 24
 """Longest name of a block or a variable. Origin: the limit of old Siemens tools, from the trade.
@@ -60,7 +60,8 @@ def names_of(model: CompensationModel, name: str, judged: Iterable[str] = ()) ->
 
 def _block_name(name: str) -> str:
     stem = legal_stem(name, _LONGEST_BLOCK, place=Place(key="name"))
-    library = "".join(map(library_file, (f"{LIBRARY}.st", f"{LIBRARY}.h", f"{SINUMERIK}.st")))
+    texts = (f"{LIBRARY}.st", f"{LIBRARY}.h", f"{TOUCH}.st", f"{TOUCH}.h", f"{SINUMERIK}.st")
+    library = "".join(map(library_file, texts))
     if re.search(rf"\b{PREFIX}{stem}\b", library):
         raise ConfigurationError(
             "block_name_taken", name=f"{PREFIX}{stem}", place=Place(key="name")

@@ -7,7 +7,13 @@ from math import frexp
 from typing import final
 
 from thermaxis.codes import Message, Place
-from thermaxis.compensation import LONGEST_REST, LONGEST_STEP_CYCLES, Compensation, Part
+from thermaxis.compensation import (
+    LONGEST_REST,
+    LONGEST_STEP_CYCLES,
+    MOST_EXPECTED,
+    Compensation,
+    Part,
+)
 from thermaxis.errors import ConfigurationError, require_count
 from thermaxis.plc._names import PlcNames, names_of
 from thermaxis.plc._numbers import stored
@@ -68,8 +74,8 @@ class PlcSettings:
         model = compensation.model
         if compensation.redundant:
             raise ConfigurationError("no_redundant_in_block", place=Place(key="redundant"))
-        if compensation.touches:
-            raise ConfigurationError("no_touches_in_block", place=Place(key="touches"))
+        if any(own.oldest_s for own in compensation.touches.values()):
+            raise ConfigurationError("no_oldest_touch_in_block", place=Place(key="oldest_s"))
         if compensation.interlocks != (INTERLOCK,):
             raise ConfigurationError(
                 "one_interlock_in_block", interlock=INTERLOCK, place=Place(key="interlocks")
@@ -132,8 +138,9 @@ def export_settings(
 ) -> PlcSettings:
     """Return what a PLC gets of a compensation.
 
-    The redundant sensors are left out, the interlocks are one, and every delay is the nearest whole
-    number of cycles; `notes` says which were changed.
+    The redundant sensors are left out, the interlocks are one, every delay is the nearest whole
+    number of cycles, and what touches refer to is remembered for 64 cycles; `notes` says which
+    were changed.
 
     Parameters
     ----------
@@ -163,6 +170,7 @@ def export_settings(
         cycle_s=cycle_s,
         redundant=frozenset[str](),
         interlocks=(INTERLOCK,),
+        touches={n: replace(own, oldest_s=0.0) for n, own in compensation.touches.items()},
     )
     notes: list[Message] = []
     outputs = tuple(
@@ -171,6 +179,9 @@ def export_settings(
     )
     if notes:
         changed = replace(changed, model=replace(compensation.model, outputs=outputs))
+    if any(own.oldest_s for own in compensation.touches.values()):
+        values = {"calls": MOST_EXPECTED, "here_s": MOST_EXPECTED * cycle_s}
+        notes.append(Message("change-touches_of_calls", values))
     return PlcSettings(
         compensation=changed,
         double=double,
@@ -252,7 +263,8 @@ def _require_counted(settings: PlcSettings) -> None:
 def _require_rates(settings: PlcSettings) -> None:
     """Refuse in REAL a rate that rounding would change."""
     compensation = settings.compensation
-    for output, bounds in zip(compensation.model.outputs, compensation.bounds, strict=True):
+    touches = ((name, own.limits) for name, own in compensation.touches.items())
+    for name, bounds in (*compensation.limits.items(), *touches):
         step_um = bounds.largest_rate_um_per_s * settings.cycle_s
         ulp_um = 2.0 ** (frexp(bounds.total_um)[1] - 24)
         if step_um < LEAST_STEP_ULPS * ulp_um:
@@ -261,7 +273,7 @@ def _require_rates(settings: PlcSettings) -> None:
                 step_um=step_um,
                 total_um=bounds.total_um,
                 least_um=LEAST_STEP_ULPS * ulp_um,
-                place=Place(key="largest_rate_um_per_s", channel=output.name),
+                place=Place(key="largest_rate_um_per_s", channel=name),
             )
 
 

@@ -18,7 +18,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from tests.unit.plc.plc_scenarios import DURATIONS, MoodPlant, random_settings, with_witness
+from tests.unit.plc.plc_scenarios import (
+    DURATIONS,
+    MoodPlant,
+    random_settings,
+    with_touches,
+    with_witness,
+)
 from tests.unit.plc.st_to_c import st_as_c
 from thermaxis.plc import (
     TOLERANCE_UM,
@@ -316,6 +322,7 @@ class Task(NamedTuple):
     cycle_s: float
     double: bool
     hours: float
+    touched: bool = False
 
     @property
     def label(self) -> str:
@@ -323,7 +330,8 @@ class Task(NamedTuple):
         return f"model {self.seed} at {self.cycle_s:g} s in {kind}"
 
     def settings(self) -> PlcSettings:
-        return demanded_settings(self.seed, cycle_s=self.cycle_s, double=self.double)
+        plain = demanded_settings(self.seed, cycle_s=self.cycle_s, double=self.double)
+        return with_touches(plain, self.seed) if self.touched else plain
 
 
 class Comparison(NamedTuple):

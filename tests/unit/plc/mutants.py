@@ -23,10 +23,16 @@ from tests.unit.plc.equal_parts import (
     difference,
     recorded,
 )
-from tests.unit.plc.plc_scenarios import MoodPlant, corrections_of, quiet_inputs
+from tests.unit.plc.plc_scenarios import (
+    MoodPlant,
+    corrections_of,
+    quiet_inputs,
+    with_touches,
+)
 from tests.unit.plc.st_to_c import st_as_c
 from tests.unit.plc.test_block import every_stated, some_settings
-from thermaxis.plc import Block, CycleBlock, PlcSettings, PlcStep, st_library
+from tests.unit.plc.test_touch import every_touched
+from thermaxis.plc import LIBRARY, TOUCH, Block, CycleBlock, PlcSettings, PlcStep, st_library
 
 SEEDS = (*range(10), 21)
 CALLS = 1200
@@ -40,7 +46,7 @@ _BORDERS = {"<=": "<", ">=": ">", "<": "<=", ">": ">="}
 _WORD = re.compile(r"(?<![:<>])(?:<=|>=|<|>|=)(?!=)|\bAND\b|\bOR\b|\bTRUE\b|\bFALSE\b|\bNOT |"
                    r"(?<= )[-+*/](?= )|(?<![\w.+])\d+(?![\w.])")  # fmt: skip
 _TIME = re.compile(r"_s\b")
-_STATEMENT = re.compile(r"^ +\w+ := [^;]*;$", re.MULTILINE)
+_STATEMENT = re.compile(r"^ +\w+ := [^;,]*;$", re.MULTILINE)
 _BODY = re.compile(r"^FUNCTION_BLOCK (\w+)\n.*?^END_VAR\n(?!VAR)(.*?)^END_FUNCTION_BLOCK",
                    re.MULTILINE | re.DOTALL)  # fmt: skip
 
@@ -53,9 +59,11 @@ class Mutant(NamedTuple):
     text: str
 
 
-def every_mutant() -> list[Mutant]:
-    """Return the mutants of every statement of the library, in an order that is the same."""
-    chosen = list(_mutants(st_library(double=True)))
+def every_mutant(library: str = LIBRARY) -> list[Mutant]:
+    """Return the mutants of every statement of a library, in an order that is the same."""
+    chosen = list(_mutants(st_library(library, double=True)))
+    if library != LIBRARY:
+        chosen = [m._replace(text=st_library(double=True) + m.text) for m in chosen]
     random.Random(1).shuffle(chosen)  # noqa: S311 - a sample that can be repeated
     return chosen
 
@@ -88,13 +96,17 @@ def _changed(text: str, block: str, span: tuple[int, int], other: str) -> Mutant
 
 
 @lru_cache
-def _records() -> list[tuple[Block, Record]]:
+def _records(library: str = LIBRARY) -> list[tuple[Block, Record]]:
     made: list[tuple[Block, Record]] = []
     for seed in SEEDS:
         settings = with_all_limits(some_settings(seed), seed)
+        if library == TOUCH:
+            settings = with_touches(settings, seed)
         steps = MoodPlant(settings, 77 + seed).steps(CycleBlock(settings), CALLS)
         made.append((Block(settings=settings), recorded(settings, steps)))
-    for place, (settings, rows, values) in enumerate(every_stated()):
+    for place, (settings, rows, values) in enumerate(
+        every_touched() if library == TOUCH else every_stated()
+    ):
         named = replace(settings, name=f"stated {place}")
         made.append((Block(settings=named), _stated(named, rows, values)))
     return made
@@ -120,13 +132,13 @@ def with_all_limits(settings: PlcSettings, seed: int) -> PlcSettings:
     return replace(settings, compensation=replace(settings.compensation, limits=limits))
 
 
-def unnoticed(mutants: Sequence[Mutant], folder: Path) -> list[str]:
-    """Return the names of mutants that say in every call what they must.
+def unnoticed(mutants: Sequence[Mutant], folder: Path, library: str = LIBRARY) -> list[str]:
+    """Return the names of mutants of a library that say in every call what they must.
 
     A mistake changes no declaration: the blocks are compiled once, with each library linked anew.
     """
-    every = [block for block, _ in _records()]
-    right = st_library(double=True)
+    every = [block for block, _ in _records(library)]
+    right = "".join(st_library(name, double=True) for name in dict.fromkeys((LIBRARY, library)))
     texts = [right, *(block.st()[f"{block.name}.st"] for block in every)]
     c, begin = st_as_c(texts, _NAME, apart=True), st_as_c([right], _NAME, apart=True).source
     include = f'#include "{_NAME}.h"\n'
@@ -138,15 +150,18 @@ def unnoticed(mutants: Sequence[Mutant], folder: Path) -> list[str]:
     }
     c_written(blocks, folder)
     built(folder, "gcc", *_QUICK, "-c", "driver.c", "blocks.c")
-    return [mutant.name for k, mutant in enumerate(mutants) if not _noticed(mutant, k, folder)]
+    records = _records(library)
+    return [m.name for k, m in enumerate(mutants) if not _noticed(m, k, folder, records)]
 
 
-def _noticed(mutant: Mutant, number: int, folder: Path) -> bool:
+def _noticed(
+    mutant: Mutant, number: int, folder: Path, records: Sequence[tuple[Block, Record]]
+) -> bool:
     source, path = f"{number}.c", folder / f"{number}.so"
     (folder / source).write_text(st_as_c([mutant.text], _NAME, apart=True).source, "ascii")
     built(folder, "gcc", *_QUICK, "-shared", "-o", str(path), "driver.o", "blocks.o", source)
     library = CLibrary(path)
     return any(
         difference(record, library.run(f"{_NAME}_{block.name}", record))
-        for block, record in _records()
+        for block, record in records
     )

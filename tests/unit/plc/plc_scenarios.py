@@ -23,6 +23,7 @@ from thermaxis.compensation import (
     SensorRules,
     SupervisorRules,
     SupervisorState,
+    TouchRules,
 )
 from thermaxis.files import read_model
 from thermaxis.plc import CycleBlock, PlcSettings, PlcStep, export_settings
@@ -147,6 +148,38 @@ def with_witness(settings: PlcSettings, seed: int) -> PlcSettings:
     return replace(settings, compensation=replace(compensation, sensors=sensors))
 
 
+def with_touches(settings: PlcSettings, seed: int) -> PlcSettings:
+    """Let the first output be touched, or every one, by a quick or a slow filter."""
+    rng = random.Random(seed)  # noqa: S311 - a test that can be repeated
+    compensation = settings.compensation
+    outputs = compensation.model.outputs
+    cycle_s = settings.cycle_s
+    touches = {
+        output.name: TouchRules(
+            limits=Limits(
+                min(rng.uniform(2.0, 8.0), compensation.limits[output.name].total_um),
+                rng.uniform(0.05, 2.0) / cycle_s,
+            ),
+            noise_um=rng.choice((0.3, 1.0)),
+            drift_um_per_root_h=rng.choice((2.0, 30.0)),
+            discrepancy_um=rng.choice((0.0, 0.7)),
+            start_um=rng.choice((5.0, 20.0)),
+            gate=rng.choice((2.0, 3.0)),
+            ramp_um_per_h=rng.choice((0.0, 10.0)),
+            confirm_s=rng.choice((4.0, 30.0)) * cycle_s,
+            acts=seed % 4 != 0,
+        )
+        for output in outputs[: rng.choice((1, len(outputs)))]
+    }
+    return replace(settings, compensation=replace(compensation, touches=touches))
+
+
+def touched_stems(settings: PlcSettings) -> list[str]:
+    """Return the names of the outputs that are touched."""
+    rows = zip(settings.names.outputs, settings.compensation.probed, strict=True)
+    return [stem for stem, own in rows if own is not None]
+
+
 def paper_model(name: str) -> CompensationModel:
     return read_model(MODELS / f"{name}.json")
 
@@ -183,6 +216,9 @@ class MoodPlant:
         self.trims = [0.0] * len(outputs)
         self.diameter: tuple[float, bool] = (0.0, False)
         self.wrong_um = 0.0
+        self.probed = dict.fromkeys(touched_stems(settings), (0.0, 0, 0.0))
+        self.offset_um = self.rng.uniform(-6.0, 6.0) if self.probed else 0.0
+        self.said: Mapping[str, Any] = {}
 
     def mood(self, name: str, begin: float, end: float) -> bool:
         now = self.moods.get(name, False)
@@ -225,7 +261,33 @@ class MoodPlant:
         told["connected"] = calm or not self.mood("lost", 0.02, 0.2)
         told["other_compensation"] = self.mood("other", 0.005, 0.4) and not calm
         self._read_back(told, calm)
+        self._touch(told)
         return told
+
+    def _touch(self, told: dict[str, Any]) -> None:
+        """Touch now and then: right, wild, twice the same, late, no number, with a wrong sign."""
+        wrong = bool(self.probed) and self.mood("wrong touches", 0.01, 0.02)
+        if self.probed:
+            told["touches_act"] = not self.mood("only shown", 0.02, 0.1)
+            told["datum"] = self.rng.random() < 0.01
+        for stem in self.probed:
+            if self.said and self.rng.random() < (0.4 if wrong else 0.15):
+                self.probed[stem] = self._probed(stem, -1.0 if wrong else 1.0)
+            names = (f"touch_{stem}", f"count_{stem}", f"age_{stem}")
+            told |= dict(zip(names, self.probed[stem], strict=True))
+
+    def _probed(self, stem: str, sign: float) -> tuple[float, int, float]:
+        rng, cycle_s = self.rng, self.settings.cycle_s
+        names = (f"correction_{stem}", f"weight_{stem}", f"model_{stem}")
+        correction_um, weight, model_um = (self.said[name] for name in names)
+        wild = rng.choice((0.0, 0.0, 0.0, 0.0, 0.0, 40.0, 40.3, -300.0))
+        value_um = sign * (correction_um + weight * model_um + self.offset_um) + wild
+        value_um = rng.choice(ODD) if rng.random() < 0.03 else value_um + rng.gauss(0.0, 0.5)
+        ages = (0.0, 0.5, 1.0, 1.5, 2.0, 5.0, 40.5)
+        odd = (64.0, 65.0, 63.5, -1.0, 1e30, math.nan, math.inf)
+        age_s = cycle_s * rng.choice(odd if rng.random() < 0.05 else ages)
+        count = self.probed[stem][1]
+        return value_um, rng.choice((count, count + 1, count + 1, count + 1, -32_768)), age_s
 
     def _temperatures(self, told: dict[str, Any], calm: bool) -> None:
         rng = self.rng
@@ -265,7 +327,7 @@ class MoodPlant:
         for call in range(calls):
             init = call > 0 and self.rng.random() < 0.004
             told = self.inputs() | {"init": init}
-            said = block.step(told)
+            said = self.said = block.step(told)
             self.write(said)
             yield PlcStep(told, said)
 
@@ -291,6 +353,9 @@ def quiet_inputs(
         told |= {f"t_{stem}": value, f"ok_{stem}": True}
     for stem, value in zip(settings.names.outputs, sent, strict=True):
         told |= {f"trim_{stem}": 0.0, f"read_{stem}": value}
+    for stem in touched_stems(settings):
+        told |= {f"touch_{stem}": 0.0, f"count_{stem}": 0, f"age_{stem}": 0.0}
+        told |= {"touches_act": True, "datum": False}
     return told
 
 

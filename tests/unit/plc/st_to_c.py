@@ -3,6 +3,7 @@
 It knows nothing of the exporter: a word that is neither declared in the text nor one of the
 language is an error, here or of gcc. Every variable lasts from call to call, as it does in a
 function block, but for those of VAR_TEMP: they begin every call with what nobody has written.
+What stands outside an array is one element of its own behind it.
 """
 
 import re
@@ -25,10 +26,12 @@ _WORDS = {
     "WHILE": "while (",
     "DO": ") {",
     "END_FOR": "}",
+    "END_WHILE": "}",
     "AND": "&",
     "OR": "|",
     "NOT": "!",
     "ABS": "fabs",
+    "SQRT": "sqrt",
     "TRUE": "true",
     "FALSE": "false",
     ":=": "=",
@@ -87,6 +90,7 @@ def st_as_c(texts: Iterable[str], name: str, *, apart: bool = False) -> CText:
     number = "double" if re.search(r"\bLREAL\b", text) else "float"
     header = ["#pragma once", "#include <math.h>", "#include <stdbool.h>"]
     header += ["#include <stdint.h>"]
+    header += ["#define at_(k, n) ((k) >= 0 && (k) < (n) ? (k) : (n))"]
     source = [f'#include "{name}.h"']
     for block, content in blocks:
         # In an order of its own: that of the declarations differs between dialects.
@@ -97,7 +101,7 @@ def st_as_c(texts: Iterable[str], name: str, *, apart: bool = False) -> CText:
         c_name = names[block]
         lasting = [d for d in declared if not d.temporary]
         members = [
-            f"  {names.get(d.kind, d.kind)} {d.name}{f'[{d.length}]' * bool(d.length)};"
+            f"  {names.get(d.kind, d.kind)} {d.name}{f'[{d.length + 1}]' * bool(d.length)};"
             for d in lasting
         ]
         header += [f"typedef struct {c_name} {{", *members, f"}} {c_name};"]
@@ -139,6 +143,7 @@ def _begun(declared: Declared, names: dict[str, str]) -> str:
 def _statements(body: str, declared: list[Declared], names: dict[str, str], number: str) -> str:
     kinds = {d.name: d.kind for d in declared}
     members = {d.name for d in declared if not d.temporary}
+    lengths, length = {f"b->{d.name}": d.length for d in declared}, 0
 
     def called(call: re.Match[str]) -> str:
         instance, given = call.groups()
@@ -153,6 +158,9 @@ def _statements(body: str, declared: list[Declared], names: dict[str, str], numb
         before = words[-1] if words else ""
         if before in _CALL:
             words[-1] = f"{names[kinds[token]]}_step(&b->{token})"
+        elif token in {"[", "]"}:
+            length = lengths.get(before) or length
+            words.append("[at_(" if "[" in token else f", {length})]")
         elif token in _WORDS:
             words.append(_WORDS[token])
         elif token in kinds and before != ".":

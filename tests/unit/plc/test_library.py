@@ -33,6 +33,7 @@ from tests.unit.plc.plc_scenarios import (
     random_settings,
     scenario_steps,
     wide,
+    with_touches,
 )
 from tests.unit.plc.st_to_c import bare, st_as_c
 from tests.unit.plc.test_block import a_large_model, one_section
@@ -41,6 +42,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.plc import (
     LIBRARY,
     LIBRARY_VERSION,
+    TOUCH,
     Block,
     CycleBlock,
     PlcStep,
@@ -239,6 +241,7 @@ EVERY = (
     Block(settings=one_section(double=False)),
     Block(settings=a_large_model()),
     Block(settings=random_settings(3), model_only=True),
+    Block(settings=with_touches(random_settings(3, double=False), 3)),
 )
 
 
@@ -396,8 +399,11 @@ def test_cplusplus_reads_the_headers(tmp_path: Path) -> None:
 # ---- mutants ------------------------------------------------------------------------------------
 
 
-def test_a_sample_of_the_mutants_of_the_library_is_noticed(tmp_path: Path) -> None:
-    missed = unnoticed(every_mutant()[:MUTANTS], tmp_path)
+@pytest.mark.parametrize(("library", "count"), [(LIBRARY, MUTANTS), (TOUCH, MUTANTS // 2)])
+def test_a_sample_of_the_mutants_of_the_library_is_noticed(
+    library: str, count: int, tmp_path: Path
+) -> None:
+    missed = unnoticed(every_mutant(library)[:count], tmp_path, library)
     assert [name for name in missed if not excused(name)] == []
 
 

@@ -53,12 +53,19 @@ def test_an_export_has_the_cycle_of_the_plc_one_interlock_and_no_second_sensors(
     assert settings.notes == ()
 
 
-def test_a_block_refuses_touches_that_it_does_not_know() -> None:
-    rules = TouchRules(limits=Limits(1.0, 0.1))
+def test_a_rate_of_touches_that_real_would_lose_is_refused() -> None:
     given = a_compensation()
-    given = replace(given, touches={given.model.outputs[0].name: rules})
-    with refused("no_touches_in_block"):
-        exported(given)
+    name = given.model.outputs[0].name
+    slow = TouchRules(limits=Limits(given.limits[name].total_um, 1e-4))
+    given = replace(given, touches={name: slow})
+    assert exported(given).compensation.touches == {name: slow}
+    late = replace(given, touches={name: replace(slow, oldest_s=600.0)})
+    assert exported(late).compensation.touches == {name: slow}
+    assert [note.code for note in exported(late).notes] == ["change-touches_of_calls"]
+    with refused("no_oldest_touch_in_block"):
+        PlcSettings(compensation=replace(late, interlocks=("plc",)))
+    with refused("rate_lost_in_real"):
+        PlcSettings(compensation=exported(given).compensation, double=False)
 
 
 def test_a_delay_becomes_the_nearest_whole_number_of_cycles_and_the_export_says_so() -> None:

@@ -33,7 +33,7 @@ def rows_of(text: str) -> list[dict[str, str]]:
 def replayed(settings: PlcSettings, row: dict[str, str], block: Compiled) -> dict[str, Any]:
     """Call the exported block as the row says, from its text alone."""
     kinds = {v.name: v.kind for v in interface_of(settings).inputs}
-    told = {n: float(row[n]) if kinds[n] is Kind.NUMBER else row[n] == "1" for n in kinds}
+    told = {n: row[n] == "1" if kinds[n] is Kind.BOOL else float(row[n]) for n in kinds}
     for _ in range(int(row["calls"])):
         said = block.step(told)
     return said

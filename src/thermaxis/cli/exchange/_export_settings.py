@@ -275,7 +275,7 @@ def _of_machine(
             known=", ".join(rules.limits),
         )
     limits = {name: rules.limits[origin] for name, origin in zip(outputs, origins, strict=True)}
-    return replace(rules, limits=limits).applied_to(model), configuration
+    return replace(rules, limits=limits, touches={}).applied_to(model), configuration
 
 
 def _machine_warnings(

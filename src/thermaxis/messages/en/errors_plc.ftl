@@ -4,7 +4,8 @@
 
 error-no_redundant_in_block = A block has no redundant sensors.
     .remedy = Choose the better one before the block, and clear its ok where they differ.
-error-no_touches_in_block = A block knows no touches of a probe yet: export without them; the correction is then that of the model alone.
+error-no_oldest_touch_in_block = A block knows what stood at the time of a touch for 64 calls, whatever oldest_s says.
+    .remedy = Leave oldest_s out, as the export does.
 error-one_interlock_in_block = A block has the one interlock { $interlock }.
     .remedy = Combine the conditions before the block.
 error-no_sha256 = The hash has not 64 hexadecimal digits.

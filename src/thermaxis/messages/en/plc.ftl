@@ -1,6 +1,7 @@
 ### What an export to a PLC has changed, and what it warns of: in signs that a remark may have
 
 change-delay_in_whole_cycles = delay of { $part }: { $model_s } s in the model, { $here_s } s here
+change-touches_of_calls = touches: what stood at their time is known for { $calls } calls, { $here_s } s
 change-references_stated = references: those that the model states, in place of those at the start
 
 warning-large_step = { $output } may move by { $step_um } um in one call, rate times cycle: a finished surface shows it. Take a shorter cycle or a smaller rate

@@ -77,14 +77,16 @@ def guide_text(settings: PlcSettings, block: Block, facts: GuideFacts) -> str:
             "step_um": step_um,
             "fade_s": bounds.total_um / bounds.largest_rate_um_per_s,
             "away": away,
+            "acts": rules is not None and rules.acts,
             "um_per_mm": um_per_mm(away=away),
         }
-        for output, stem, bounds, step_um, away in zip(
+        for output, stem, bounds, step_um, away, rules in zip(
             compensation.model.outputs,
             settings.names.outputs,
             compensation.bounds,
             settings.steps_um,
             facts.away or (False,) * len(settings.steps_um),
+            compensation.probed,
             strict=True,
         )
     ]

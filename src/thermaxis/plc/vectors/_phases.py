@@ -39,6 +39,7 @@ def phases_of(plant: SimulatedPlant) -> tuple[tuple[str, Phase], ...]:
         ("cycle times and gaps", _cycle_times),
         ("offset at the start", _found),
         ("odd temperatures", _odd_values),
+        *([("touches", _touches)] if plant.touched else []),
         ("warm-up", _warm_up),
         ("losses", _losses),
         *limits,
@@ -240,6 +241,49 @@ def _odd_values(plant: SimulatedPlant) -> Rows:
         yield 1, {**jumped, "reset": True}
         yield 2, {}
         yield 1, {"reset": True}
+    yield plant.ready_s(), {}
+
+
+def _touches(plant: SimulatedPlant) -> Rows:
+    """Touch: one that is right, wild, confirmed, late, none; while the correction moves or stays.
+
+    At last the machine shows the correction with the wrong sign, until that is acknowledged.
+    """
+    yield from _active(plant)
+    plant.alive = True
+    yield 20, {}
+    yield 2, plant.touch(3.0, 0.5 * plant.cycle_s)
+    yield 1, plant.touch(3.5, 1.5 * plant.cycle_s)
+    yield 20, {}
+    yield 2, plant.touch(60.0)
+    yield 3, plant.touch(4.0)
+    yield 1, plant.touch(70.0)
+    yield 20, plant.touch(70.5)
+    for more_um in (-90.0, 200.0, -300.0):
+        yield 2, plant.touch(more_um)
+    yield 10, plant.touch(2.0, 2.5 * plant.cycle_s)
+    for value_um, age_s in ((ODD[0], 0.0), (1.1e4, 0.0), (2.0, ODD[0]), (2.0, -1.0), (2.0, ODD[1])):
+        yield 2, plant.touch(value_um, age_s)
+    for calls in (2.5, 10.5, 63.5, 70.5):
+        yield 2, plant.touch(2.0, calls * plant.cycle_s)
+    yield 3, {"interlocks_met": False}
+    yield 2, {**plant.touch(2.5), "interlocks_met": False}
+    yield 5, {"touches_act": False}
+    yield 1, {"datum": True, **plant.touch(2.5)}
+    yield 5, plant.touch(2.5)
+    yield plant.ready_s(), {}
+    yield 2, {"other_compensation": True, **plant.touch(2.5)}
+    yield from _enabled(plant)
+    yield 1, {**plant.touch(2.5), "cycle_time_s": 1.5 * plant.cycle_s}
+    yield 70, {}
+    yield 2, plant.touch(2.5, 69.5 * plant.cycle_s)
+    yield 2, plant.touch(2.5, 63.5 * plant.cycle_s)
+    for turn in range(16):
+        yield 20, {**plant.trims((-1.0) ** turn), **plant.touch(0.0, sign=-1.0)}
+    yield 2, plant.touch(0.0)
+    yield 1, {"reset": True}
+    yield 2, plant.touch(1.0)
+    yield 1, {**plant.touch(1.0), "cycle_time_s": 2.0 * plant.model.longest_gap_s}
     yield plant.ready_s(), {}
 
 

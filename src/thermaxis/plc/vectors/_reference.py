@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
+from itertools import count as count_from
 from operator import itemgetter
 from typing import Any, NamedTuple, cast, final
 
@@ -12,6 +13,7 @@ from thermaxis.compensation import (
     Compensation,
     CycleOutput,
     CycleReading,
+    Limits,
     Outcome,
     Provenance,
     Quality,
@@ -22,6 +24,8 @@ from thermaxis.compensation import (
     Sample,
     SampleQuality,
     SupervisorState,
+    Touch,
+    TouchOutcome,
     cycle,
     cycle_state,
     limit_step,
@@ -49,7 +53,8 @@ _RISING = "rising"
 _CALLS = 32_768
 _LARGEST_GAP_S = 1e9
 _MOST_STEPS = 10
-_ENUMERATIONS = (SupervisorState, Reason, Outcome, SampleQuality, Quality)
+_LARGEST_AGE_S = 1e30
+_ENUMERATIONS = (SupervisorState, Reason, Outcome, SampleQuality, Quality, TouchOutcome)
 _RATE_SHARE, _BAND_SHARE, _APART_UM = 2e-5, 2e-4, 0.02
 # By member, not by its word: two enumerations may share one.
 _PLACES = {id(member): k for one in _ENUMERATIONS for k, member in enumerate(one)}
@@ -88,6 +93,9 @@ class CycleBlock:
         if not settings.double:
             settings = replace(settings, compensation=_in_real(settings.compensation))
         self.settings, self._line = settings, line
+        touches = settings.compensation.touches
+        shown = {name: replace(own, acts=False) for name, own in touches.items()}
+        self._only_shown = replace(settings.compensation, touches=shown)
         self._values: dict[str, Any] = {}
         self._totals_um = tuple(bounds.total_um for bounds in settings.compensation.bounds)
         if line is not None:  # in exact fractions, which take their time
@@ -117,6 +125,8 @@ class CycleBlock:
         self._waiting, self._linked = True, False
         self._levels = (False, False, False)
         self._trims: _Floats = (0.0,) * count
+        self._counts, self._numbers = dict[str, int](), count_from(1)
+        self._touched: dict[str, int] = {}
         self._in_force = self._before = (0.0,) * count
         self._written = (0.0, 0.0)
 
@@ -187,6 +197,8 @@ class CycleBlock:
 
     def _call(self, told: Mapping[str, Any]) -> dict[str, Any]:
         settings, compensation = self.settings, self.settings.compensation
+        if not told.get("touches_act", True):
+            compensation = self._only_shown
         ends_s = (settings.shortest_cycle_s, settings.longest_cycle_s)
         shortest_s, longest_s = (rounded(s, double=settings.double) for s in ends_s)
         cycle_time_s: float = told["cycle_time_s"]
@@ -224,9 +236,12 @@ class CycleBlock:
             found_um=read_um if found else None,
             other_compensation=told["other_compensation"],
             requests=tuple(self._requests(told)),
+            touches=tuple(self._touches(told, time_s, in_time=in_time)),
         )
         self._calls += 1
         self._state, output = cycle(compensation, self._state, reading)
+        outcomes = zip(reading.touches, output.touch_outcomes, strict=True)
+        self._touched |= {touch.output: 1 + _PLACES[id(outcome)] for touch, outcome in outcomes}
         if cycle_time_s > longest_s and not gap:  # to the cycle no time has passed
             rows = zip(compensation.bounds, output.correction_um, self._state.goal_um, strict=True)
             correction_um = tuple(
@@ -262,6 +277,8 @@ class CycleBlock:
             yield Request(RequestKind.ACKNOWLEDGE, "plc")
         if told["enable"] != enable:
             yield Request(RequestKind.ENABLE if told["enable"] else RequestKind.DISABLE, "plc")
+        if told.get("datum"):
+            yield Request(RequestKind.DATUM, "plc")
         if told["hold"] or hold:  # asked for in every call: the cycle itself knows what is held
             kind = RequestKind.HOLD if told["hold"] else RequestKind.RESUME
             yield Request(kind, "plc", text=_RISING if not hold else "")
@@ -274,6 +291,25 @@ class CycleBlock:
             if self._calls and not trim == before:  # noqa: SIM201 - NaN differs from itself
                 yield Request(RequestKind.TRIM, "plc", output.name, trim, longest_s)
         self._trims = trims_um
+
+    def _touches(self, told: Mapping[str, Any], time_s: float, *, in_time: bool) -> Iterator[Touch]:
+        """Return the touches whose counters have changed, at the time of the call they refer to."""
+        cycle_s, compensation = self.settings.cycle_s, self.settings.compensation
+        noted_s = [since_s for since_s, _ in self._state.expected]
+        for stem, output in zip(
+            self.settings.names.outputs, compensation.model.outputs, strict=True
+        ):
+            if output.name not in compensation.touches:
+                continue
+            count, age_s = told[f"count_{stem}"], told[f"age_{stem}"]
+            if count != self._counts.setdefault(stem, count):
+                calls = enumerate(noted_s, 1)
+                stood_s = (at_s for k, at_s in calls if in_time and k * cycle_s >= age_s)
+                at_s = next(stood_s, time_s - (len(noted_s) + 1) * cycle_s)
+                usable = 0.0 <= age_s <= _LARGEST_AGE_S
+                at_s = at_s if usable else math.nan
+                yield Touch(output.name, told[f"touch_{stem}"], at_s, next(self._numbers))
+            self._counts[stem] = count
 
     def _as_block(self, output: CycleOutput) -> dict[str, Any]:
         memory = self._state.memory
@@ -298,6 +334,21 @@ class CycleBlock:
         said.update(zip(self._names["part"], parts_um, strict=True))
         qualities = (_PLACES[id(quality)] for quality in output.qualities)
         said.update(zip(self._names["quality"], qualities, strict=True))
+        for stem, of, state, std_um in zip(
+            self.settings.names.outputs,
+            self.settings.compensation.model.outputs,
+            self._state.offsets,
+            output.offset_std_um,
+            strict=False,
+        ):
+            if std_um is not None:
+                said |= {
+                    f"offset_{stem}": state.in_force_um,
+                    f"believed_{stem}": state.belief.offset_um if state.belief else 0.0,
+                    f"std_{stem}": std_um,
+                    f"touched_{stem}": self._touched.get(of.name, 0),
+                    f"off_{stem}": state.off,
+                }
         return said
 
     def _standing(self, output: CycleOutput) -> bool:
@@ -356,11 +407,15 @@ class JudgedBlock:
 
 
 def _with_limits(compensation: Compensation, key: str, times: float) -> Compensation:
-    limits = {
-        name: replace(one, **{key: times * getattr(one, key)})
-        for name, one in compensation.limits.items()
-    }
-    return replace(compensation, limits=limits)
+    def changed(one: Limits) -> Limits:
+        return replace(one, **{key: times * getattr(one, key)})
+
+    touches = compensation.touches.items()
+    return replace(
+        compensation,
+        limits={name: changed(one) for name, one in compensation.limits.items()},
+        touches={name: replace(own, limits=changed(own.limits)) for name, own in touches},
+    )
 
 
 def _in_real(part: Any) -> Any:

@@ -205,6 +205,10 @@ def _course(plant: SimulatedPlant) -> _Course:
     yield 0.0, {}
     yield 0.0, {"reset": True, "enable": False}
     yield from _ready(plant)
+    if plant.touched:
+        for more_um, calls in ((3.0, 2), (60.0, 2), (60.0, 20), (2.0, 20), (2.5, 20)):
+            yield calls * cycle_s, plant.touch(more_um, 0.5 * cycle_s)
+        yield 0.0, plant.touch(0.0, 100.0 * cycle_s)
     yield from _limits(plant)
     yield 0.0, {"other_compensation": True}
     yield 0.0, {"other_compensation": True, "reset": True}

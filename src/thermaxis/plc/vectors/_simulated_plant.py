@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from itertools import product
 from typing import Any, final
 
-from thermaxis.compensation import STATED, Part, Reason, SupervisorState
+from thermaxis.compensation import STATED, Part, Reason, SupervisorState, TouchOutcome
+from thermaxis.plc._interface import NEVER_TOUCHED
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.vectors._reference import CycleBlock, JudgedBlock, PlcStep
 
@@ -51,6 +52,7 @@ class SimulatedPlant:
         self._reached: set[tuple[str, bool]] = set()
         self._faults = 0
         self._states: set[int] = set()
+        self._touched: set[tuple[str, int]] = set()
         self._unfit: list[str] = []
         self.alive = self._up = False
         self._stood = 0
@@ -75,6 +77,12 @@ class SimulatedPlant:
             **self.told("ok", [True] * len(self.base_c)),
             **self.trims(0.0),
         }
+        rows = zip(self.outputs, compensation.probed, strict=True)
+        self.touched = [stem for stem, own in rows if own is not None]
+        if self.touched:
+            self._usual |= {"touches_act": True, "datum": False}
+        for stem in self.touched:
+            self._usual |= {f"touch_{stem}": 0.0, f"count_{stem}": 0, f"age_{stem}": 0.0}
         self.usual = dict(self._usual)
         self._new = True
         self.said: dict[str, Any] = {}
@@ -107,6 +115,7 @@ class SimulatedPlant:
         self._faults |= self.said["fault_word"]
         self._states.add(self.said["state"])
         wanted_um = [(stem, self.said[f"wanted_{stem}"]) for stem in stems if self.limited(stem)]
+        self._touched |= {(stem, self.said[f"touched_{stem}"]) for stem in self.touched}
         self._reached |= {(stem, um > 0.0) for stem, um in wanted_um}
         return PlcStep(inputs, self.said)
 
@@ -175,13 +184,16 @@ class SimulatedPlant:
         return fits
 
     def missing(self) -> list[str]:
-        """Return which states, faults and limits did not occur until now, and what did not fit."""
+        """Return what did not occur until now, of what can be said, and what did not fit."""
         limits = product(self.outputs, (("upper", True), ("lower", False)))
+        ends = [(k, end) for k, end in enumerate(TouchOutcome, 1) if end not in NEVER_TOUCHED]
+        touches = [(k, f"touched_{s} {k} {end}", s) for s in self.touched for k, end in ends]
         faults = [2**k for k in range(len(Reason))]
         return [
             *(f"state {k} {s}" for k, s in enumerate(SupervisorState) if k not in self._states),
             *(f"fault_word {bit}" for bit in faults if not self._faults & bit),
             *(f"{w} limit of {s}" for s, (w, up) in limits if (s, up) not in self._reached),
+            *(text for k, text, stem in touches if (stem, k) not in self._touched),
             *dict.fromkeys(self._unfit),
         ]
 
@@ -191,6 +203,17 @@ class SimulatedPlant:
         """Return a share of the largest trim for one output, or all, as inputs. [µm]"""
         most_um = enumerate(bounds.largest_trim_um for bounds in self.bounds)
         return self.told("trim", [share * um if output in {k, -1} else 0.0 for k, um in most_um])
+
+    def touch(self, more_um: float, age_s: float = 0.0, sign: float = 1.0) -> dict[str, Any]:
+        """Return a new touch of every touched output: what the machine shows, and so much more."""
+        told: dict[str, Any] = {}
+        for stem in self.touched:
+            said = (self.said[f"{name}_{stem}"] for name in ("correction", "weight", "model"))
+            correction_um, weight, model_um = said
+            self.usual[f"count_{stem}"] += 1
+            told[f"touch_{stem}"] = sign * (correction_um + weight * model_um) + more_um
+            told |= {f"age_{stem}": age_s, f"count_{stem}": self.usual[f"count_{stem}"]}
+        return told
 
     def share_um(self, share: float) -> tuple[float, ...]:
         """Return a share of the total of every correction. [µm]"""
