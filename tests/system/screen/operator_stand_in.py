@@ -6,7 +6,7 @@ import json
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from starlette.routing import BaseRoute, Route
 from tests.unit.screen.people import People
 from tests.unit.screen.stand import application as around, parts
 from thermaxis.codes import Message
+from thermaxis.compensation import Limits, TouchRules
 from thermaxis.runtime import EventRecord, Role, read_machine
 from thermaxis.screen import _live_socket
 from thermaxis.screen.access import Outcome, _login_page
@@ -316,7 +317,10 @@ def trend(status: Mapping[str, Any], language: str) -> dict[str, Any]:
 
 def application(stand_in: StandIn) -> Starlette:
     """Return the application around a stand-in."""
-    configuration = read_machine(EXAMPLE)
+    found = read_machine(EXAMPLE)
+    rules = TouchRules(limits=Limits(20.0, 0.05), acts=True)
+    touched = replace(found.compensation, touches={"Z_um": rules})
+    configuration = replace(found, compensation=touched)
     assert configuration.screen is not None
     looks = configuration.screen.view_without_login
     given = parts(configuration, stand_in, people=stand_in.people, view_without_login=looks)

@@ -504,6 +504,44 @@ def test_a_diameter_is_typed_on_the_pad_and_the_tool_centre_point_is_one_touch(
     assert stand_in.asked == [("Diameter", (120.5,)), ("NoDiameter", ())]
 
 
+def touched(count: int, **changed: Any) -> dict[str, Any]:
+    """Return a status with touches at every output."""
+    told = made_up(outputs=("Z_um", "X_um")[:count])
+    known = {"offset_um": -3.9, "offset_known_um": 3.9, "offset_std_um": 1.3, "offset_acts": True}
+    last = {"touch_um": 4.2, "touch_outcome": "believed", "touch_time": told["started"]}
+    for output in told["outputs"].values():
+        output.update(known | last | {"rest_um": 3.9} | changed)
+    return told
+
+
+@pytest.mark.parametrize("language", LOCALES)
+def test_touches_stand_apart_with_how_sure_they_are_and_one_is_typed(
+    browser: Browser, stand_in: StandIn, language: str
+) -> None:
+    stand_in.status = touched(1)
+    off = {"offset_void": True, "offset_um": 0.0, "touch_outcome": "no_effect"}
+    with context_of(browser, language) as context:
+        page, _ = opened(context, stand_in)
+        share = page.locator('[data-row="touch"]').inner_text()
+        point = "." if language == "en" else ","
+        assert f"± 1{point}3 µm" in share.replace("\xa0", " ")
+        assert f"−3{point}9" in share
+        for told in (touched(1, touch_now=True), touched(2), touched(2, **off)):
+            shown(page, stand_in, told)
+            assert (page.evaluate(CUT), page.evaluate(OVERLAPS)) == ([], [])
+            assert page.evaluate(SCROLLS) == [0, 0, 0, 0]
+        assert page.is_disabled('[data-ask="Touch"]')
+        page.locator('[data-ask="Acknowledge"]:enabled').wait_for()
+        shown(page, stand_in, touched(1))
+        page.click('[data-ask="Touch"]')
+        for key in ("4", "2", "±"):
+            page.click(f"dialog .op-pad button:text-is('{key}')")
+        page.click("dialog .main")
+        page.click("dialog .main")
+        wait_until("it is asked", lambda: stand_in.asked != [])
+    assert stand_in.asked == [("Touch", ("Z_um", -42.0, 0.0))]
+
+
 def test_who_may_only_look_is_told_so_and_finds_no_button_to_press(
     browser: Browser, stand_in: StandIn
 ) -> None:

@@ -190,12 +190,17 @@ class Somebody:
     """Whoever is before the operator's page, with the feed behind it and what the loop answers."""
 
     def __init__(
-        self, role: Role | None = Role.OPERATOR, *, why: str = "", answer: Outcome | None = None
+        self,
+        role: Role | None = Role.OPERATOR,
+        *,
+        why: str = "",
+        answer: Outcome | None = None,
+        configuration: MachineConfiguration | None = None,
     ) -> None:
         self.people = People().come(role)
         if answer is not None:
             self.people.answer = answer
-        self.given = parts(lathe(), Feed(why=why), people=self.people)
+        self.given = parts(configuration or lathe(), Feed(why=why), people=self.people)
         self._browser = client(self.given, operator_page.routes)
 
     @property

@@ -29,6 +29,7 @@ globalThis.sessionStorage = {
 };
 const { begin, endOf, keep, kept, watch } = await import("file://STATIC/ask/requests.js");
 const { TEXTS, blocked } = await import("file://STATIC/operator/asks.js");
+const { touchesSaid } = await import("file://STATIC/operator/axes.js");
 process.stdout.write(JSON.stringify((() => { BODY })()));
 """
 HEADLINES = ("active", "at_limit", "another_writer", "not_acting", "unreachable")
@@ -303,3 +304,49 @@ def test_where_a_correction_goes_is_said_only_where_it_is_read() -> None:
         known, *unknown = confirmations(*((name, of) for of in (asked_in("Off"), unread, away)))
         assert "operator-enable_unknown" not in known
         assert [texts[1:] for texts in unknown] == [["operator-enable_unknown"]] * 2
+
+
+# ---- touches -------------------------------------------------------------------------------------
+
+TOUCHED = {"offset_um": -3.9, "offset_known_um": 3.9, "offset_std_um": 1.2, "touch_um": 4.2}
+
+
+def test_a_touch_is_effective_once_it_was_judged_and_a_datum_once_nothing_is_known() -> None:
+    told = [status(**TOUCHED), status(**TOUCHED | {"touch_um": 4.1}), status()]
+    assert acts(course("Touch", "Z_um", 4.2, 0), *told) == [True, False, False]
+    forgotten = status(**TOUCHED | {"offset_known_um": None})
+    assert acts(course("Datum"), told[0], forgotten) == [False, True]
+
+
+def test_void_touches_wait_for_a_person_and_none_is_taken_meanwhile() -> None:
+    void = asked_in("Active", acknowledge_said="")
+    void["outputs"]["Z_um"] |= TOUCHED | {"offset_void": True}
+    sound = asked_in("Active")
+    sound["outputs"]["Z_um"] |= TOUCHED
+    why = said(
+        "return given.map(blocked).map((one) => [one.Acknowledge, one.Touch]);", [void, sound]
+    )
+    assert why == [["", "operator-why_fault"], ["operator-why_calm", ""]]
+    assert confirmations(("Acknowledge", void)) == [["operator-acknowledge_touches"]]
+    assert acts(course("Acknowledge"), void, sound) == [False, True]
+
+
+def test_the_axis_that_asks_for_a_touch_is_told_before_one_that_was_touched_later() -> None:
+    early, late = ({"touch_time": f"2026-11-23T10:0{k}:00Z"} | TOUCHED for k in (1, 2))
+    told = [
+        {"X_um": early | one, "Z_um": late | other, "Y_um": {"offset_um": None}}
+        for one, other in (
+            ({}, {"touch_outcome": "believed"}),
+            ({"touch_now": True}, {}),
+            ({}, {"touch_outcome": "excluded"}),
+            ({}, {"touch_outcome": "no_effect", "offset_void": True}),
+        )
+    ]
+    found = said("return given.map((outputs) => touchesSaid({ outputs }));", [*told, {"Y_um": {}}])
+    assert found == [
+        [True, "operator-touched"],
+        [False, "operator-touch_now"],
+        [True, "operator-touched"],
+        [False, "operator-touched"],
+        None,
+    ]

@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import timedelta
 from pathlib import Path
 from types import SimpleNamespace
@@ -54,6 +54,7 @@ class Stage:
         *,
         probes: tuple[str, ...] = (),
         looked_at: bool = False,
+        touches: Sequence[str] = (),
     ) -> None:
         self.clock = Ticking(NOW)
         outputs = tuple(SimpleNamespace(name=name) for name in OUTPUTS)
@@ -63,7 +64,7 @@ class Stage:
             path=path.with_name("machine.toml"),
             historian=SimpleNamespace(url=url_of(path), password=Secret("")),
             rules=SimpleNamespace(cycle_s=1.0),
-            compensation=SimpleNamespace(model=model, cycle_s=1.0),
+            compensation=SimpleNamespace(model=model, cycle_s=1.0, touches=touches),
             probes=dict.fromkeys(probes),
             outputs={
                 "Z_um": SimpleNamespace(effective_node=""),
@@ -135,6 +136,15 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
                 "duration_s": 3600.0,
                 "accepted": True,
             },
+        ),
+        *(
+            EventRecord.of(
+                BEGIN + timedelta(minutes=k),
+                "touch",
+                "",
+                Message("event-touch", {"name": "Z_um", "value_um": 4.2, "outcome": outcome}),
+            )
+            for k, outcome in ((4, "believed"), (5, "excluded"))
         ),
     ]
     write_history(
@@ -210,12 +220,12 @@ def test_no_number_of_points_breaks_a_question(client: Client) -> None:
 def test_the_operators_trend_is_asked_once_in_a_quarter_of_a_minute(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    stage = Stage(path)
-    asked: list[int] = []
+    stage = Stage(path, touches=("Z_um",))
+    asked: list[Sequence[str]] = []
     plain = _history_page.trend8
 
     def counted(*words: Any) -> Any:
-        asked.append(1)
+        asked.append(words[3])
         return plain(*words)
 
     monkeypatch.setattr(_history_page, "trend8", counted)
@@ -228,7 +238,11 @@ def test_the_operators_trend_is_asked_once_in_a_quarter_of_a_minute(
         assert len(asked) == 2
     assert found[0] == found[-1]
     assert set(found[0]["series"]) == {"Z_accepted_um", "X_effective_um", *CHANNELS}
-    assert [event["kind"] for event in found[0]["events"]] == ["state", "request"]
+    assert asked[0][2:4] == ("Z_offset_um", "Z_offset_std_um")
+    kinds = [event["kind"] for event in found[0]["events"]]
+    assert kinds == ["state", "request", "touch", "touch"]
+    believed, excluded = (event["rank"] for event in found[0]["events"][2:])
+    assert believed > excluded  # what changes nothing is rare, and is named first
     assert german["events"][0]["said"] != found[0]["events"][0]["said"]
     assert german["series"] == found[0]["series"]
 

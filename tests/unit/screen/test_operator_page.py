@@ -6,7 +6,8 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
-from tests.unit.screen.stand import Somebody, lathe
+from tests.unit.screen.stand import Somebody, copied_lathe, lathe
+from thermaxis.compensation import Limits, TouchRules
 from thermaxis.messages import sentence
 from thermaxis.runtime import Role
 from thermaxis.runtime.status import ASKS
@@ -38,6 +39,19 @@ def test_the_page_knows_the_loops_rules_that_the_status_does_not_tell() -> None:
     assert tuple(map(float, expiries)) == expiries_of(rules.longest_trim_s)
     assert sentence("operator-diameter_machine") in page
     assert facts == json.loads(json.dumps(facts_of(lathe())))
+    assert facts["touched"] == {}
+    assert 'data-ask="Touch" hidden' in page
+
+
+def test_a_touch_can_be_typed_where_touches_are_looked_at(tmp_path: Path) -> None:
+    found = copied_lathe(tmp_path)
+    rules = TouchRules(limits=Limits(20.0, 0.05), acts=True)
+    touched = replace(found, compensation=replace(found.compensation, touches={"Z_um": rules}))
+    page = Somebody(configuration=touched).send("GET", "/").text
+    assert 'data-ask="Touch" hidden' not in page
+    assert facts_in(page)["touched"] == {
+        "Z_um": {"acts": True, "largest_um": 20.0, "largest_rate_um_per_s": 0.05}
+    }
 
 
 def test_the_gains_are_those_of_the_models_file() -> None:
@@ -99,9 +113,9 @@ def test_every_method_that_an_operator_may_call_has_a_way_on_the_page() -> None:
     script = (asset_folder() / "operator/asks.js").read_text("utf-8")
     page = Somebody().send("GET", "/").text
     for ask in ASKS:
-        if ask.role is Role.OPERATOR and ask.name not in {"Touch", "Datum"}:
+        if ask.role is Role.OPERATOR:
             assert re.search(rf"\b{ask.name}\b", script)
-            if ask.name != "NoDiameter":  # in the dialog of the diameter
+            if ask.name not in {"NoDiameter", "Datum"}:  # in the dialogs of diameter and touch
                 assert f'data-ask="{ask.name}"' in page
 
 

@@ -185,9 +185,13 @@ def test_a_status_says_its_codes_in_the_language_of_the_page(language: str) -> N
             reasons=["input_bad"],
             inputs=inputs,
             alarms=[alarm("late", lateness_s=1.5)],
+            outputs={"Z_um": {"touch_outcome": "excluded"}, "X_um": {"touch_outcome": ""}},
         ),
         language,
     )
+    touched, not_touched = found["outputs"].values()
+    assert touched["touch_said"] == sentence("touch-excluded", language=language)
+    assert "touch_said" not in not_touched
     assert found["state_said"] == sentence("state-Holding", language=language)
     reason = sentence("reason-input_bad", language=language)
     assert found["reasons_said"] == [f"{reason[0].upper()}{reason[1:]}."]

@@ -182,3 +182,37 @@ operator-alarms_old = Zda jsou nyní alarmy, není známo. V { $time } to bylo t
 operator-detail = Podrobnost
 operator-inputs_old = předtím: { $said }
 operator-nothing_to_ask = Už není co požadovat: { $why }.
+
+## touches
+
+operator-touch_ask = Dotyk
+operator-touches = Dotyky
+operator-touches_of = Dotyky ± { $std } µm
+operator-touches_shown = Dotyky: { $known } ± { $std }
+operator-touched = Dotyk { $axis } { $time }: { $outcome }
+operator-touch_showed = { $time }, { $value } µm: { $outcome }
+operator-touch_none = zatím žádný
+operator-touch_renewed = obnoveno
+operator-touch_again = neodpovídá, znovu
+operator-touch_off = vypnuto: potvrďte
+operator-touch_unused = neplatí
+operator-touch_when = Doba od té chvíle
+operator-touch_now = DOTKNĚTE SE { $axis } (± { $std } µm)
+operator-touches_void = Dotyky: vypnuto
+operator-touches_off = vypnuto, dokud to někdo nepotvrdí
+operator-touches_only_shown = jen zobrazené
+operator-touches_unproven = jen zobrazené, protože znaménko a velikost nejsou prokázány
+operator-touch_known = modelu chybí { $known } ± { $std } µm
+operator-touch_last = Poslední dotyk
+operator-trend_touches = { $axis } dotyky
+operator-why_no_touches = dotyky se neberou
+operator-touch_title = Dotyk ručně
+operator-touch_value = Co dotyk ukázal
+operator-touch_wrong = Zadejte číslo od −10000 do 10000 µm.
+operator-touch_just = právě teď
+operator-touch_text = { $axis }: dotyk ukazuje { $value } µm. Co z toho chybí modelu a korekci, obnoví posun, nejvýše ±{ $largest } µm, nejvýše { $rate } µm/s.
+operator-touch_shown = { $axis }: dotyk ukazuje { $value } µm. Dotyky se jen zobrazují: nic se nepohne.
+operator-touch_excluded = Dotyk, který neodpovídá tomu, co je známo, nic nemění: pak se dotkněte podruhé.
+operator-datum = Nová vztažná poloha
+operator-datum_text = Co dotyky ukázaly, je zapomenuto; jejich posun jde k nule povolenou rychlostí.
+operator-acknowledge_touches = { $axis }: dotyky opět platí, od začátku. Tím říkáte, že sonda, znaménko a vztažná poloha jsou správné.

@@ -182,3 +182,37 @@ operator-alarms_old = Ob jetzt Alarme anstehen, ist unbekannt. So war es um { $t
 operator-detail = Einzelheit
 operator-inputs_old = zuvor: { $said }
 operator-nothing_to_ask = Es gibt nichts mehr anzufordern: { $why }.
+
+## touches
+
+operator-touch_ask = Antasten
+operator-touches = Antastungen
+operator-touches_of = Antasten ± { $std } µm
+operator-touches_shown = Antasten: { $known } ± { $std }
+operator-touched = Antasten { $axis } { $time }: { $outcome }
+operator-touch_showed = { $time }, { $value } µm: { $outcome }
+operator-touch_none = noch nicht
+operator-touch_renewed = erneuert
+operator-touch_again = passt nicht, noch einmal
+operator-touch_off = aus: quittieren
+operator-touch_unused = zählt nicht
+operator-touch_when = Zeit seither
+operator-touch_now = { $axis } JETZT ANTASTEN (± { $std } µm)
+operator-touches_void = Antasten: aus
+operator-touches_off = aus, bis jemand quittiert
+operator-touches_only_shown = nur gezeigt
+operator-touches_unproven = nur gezeigt, denn Vorzeichen und Größe sind nicht nachgewiesen
+operator-touch_known = dem Modell fehlen { $known } ± { $std } µm
+operator-touch_last = Letzte Antastung
+operator-trend_touches = { $axis } Antasten
+operator-why_no_touches = es wird nicht angetastet
+operator-touch_title = Antastung von Hand
+operator-touch_value = Was die Antastung zeigte
+operator-touch_wrong = Eine Zahl von −10000 bis 10000 µm eingeben.
+operator-touch_just = eben
+operator-touch_text = { $axis }: die Antastung zeigt { $value } µm. Was Modell und Korrektur davon fehlt, erneuert den Versatz, bis ±{ $largest } µm, mit höchstens { $rate } µm/s.
+operator-touch_shown = { $axis }: die Antastung zeigt { $value } µm. Antastungen werden nur gezeigt: nichts bewegt sich.
+operator-touch_excluded = Eine Antastung, die nicht zu dem passt, was bekannt ist, ändert nichts: dann ein zweites Mal antasten.
+operator-datum = Bezug neu gesetzt
+operator-datum_text = Was Antastungen gezeigt haben, ist vergessen; ihr Versatz geht mit der erlaubten Änderungsrate auf null.
+operator-acknowledge_touches = { $axis }: Antastungen zählen wieder, von vorn. Damit gelten Taster, Vorzeichen und Bezug als richtig.

@@ -210,3 +210,37 @@ operator-alarms_old = Whether there are alarms now is unknown. At { $time } it w
 operator-detail = Detail
 operator-inputs_old = before: { $said }
 operator-nothing_to_ask = There is nothing to ask for any more: { $why }.
+
+## touches
+
+operator-touch_ask = Touch
+operator-touches = Touches
+operator-touches_of = Touches ± { $std } µm
+operator-touches_shown = Touches: { $known } ± { $std }
+operator-touched = Touch { $axis } { $time }: { $outcome }
+operator-touch_showed = { $time }, { $value } µm: { $outcome }
+operator-touch_none = none yet
+operator-touch_renewed = renewed
+operator-touch_again = does not fit, touch again
+operator-touch_off = off: acknowledge
+operator-touch_unused = not used
+operator-touch_when = Time since then
+operator-touch_now = TOUCH { $axis } NOW (± { $std } µm)
+operator-touches_void = Touches: off
+operator-touches_off = off until acknowledged
+operator-touches_only_shown = only shown
+operator-touches_unproven = only shown, for sign and size are not proven
+operator-touch_known = the model lacks { $known } ± { $std } µm
+operator-touch_last = Last touch
+operator-trend_touches = { $axis } touches
+operator-why_no_touches = no touches are taken
+operator-touch_title = Touch by hand
+operator-touch_value = What the touch showed
+operator-touch_wrong = Write a number from −10000 to 10000 µm.
+operator-touch_just = just now
+operator-touch_text = { $axis }: the touch shows { $value } µm. What model and correction lack of it renews the offset, up to ±{ $largest } µm, at most { $rate } µm/s.
+operator-touch_shown = { $axis }: the touch shows { $value } µm. Touches are only shown: nothing moves.
+operator-touch_excluded = A touch that does not fit what is known changes nothing: touch a second time then.
+operator-datum = Datum set anew
+operator-datum_text = What touches have shown is forgotten; their offset goes to zero at the allowed rate.
+operator-acknowledge_touches = { $axis }: touches count again, from the beginning. You say that probe, sign and datum are right.

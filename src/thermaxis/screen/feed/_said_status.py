@@ -49,6 +49,12 @@ def said_status(
             name: {**sample, "quality_said": said_code("quality-", sample["quality"], language)}
             for name, sample in status["inputs"].items()
         },
+        "outputs": {
+            name: {**output, "touch_said": said_code("touch-", output["touch_outcome"], language)}
+            if output.get("touch_outcome")
+            else output
+            for name, output in status.get("outputs", {}).items()
+        },
         "alarms": [_said_alarm(alarm, language, names) for alarm in status["alarms"]],
     }
 

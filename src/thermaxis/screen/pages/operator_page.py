@@ -46,6 +46,14 @@ def facts_of(configuration: MachineConfiguration) -> dict[str, object]:
     return {
         "hold_operator_s": rules.hold_operator_s,
         "probed": bool(configuration.probes),
+        "touched": {
+            name: {
+                "acts": rules.acts,
+                "largest_um": rules.limits.largest_um,
+                "largest_rate_um_per_s": rules.limits.largest_rate_um_per_s,
+            }
+            for name, rules in configuration.compensation.touches.items()
+        },
         "model_sha256": configuration.model.sha256,
         "gains": gains_of(configuration.model.model),
     }
@@ -81,6 +89,7 @@ async def _page(request: Request) -> Response:
         page="operator",
         facts=for_script(facts_of(configuration)),
         outputs=tuple(configuration.outputs),
+        touched=tuple(configuration.compensation.touches),
         expiries_s=expiries_of(configuration.compensation.supervisor.longest_trim_s),
         diameters=[p.diameter_mm for part in every for p in part.gain_by_diameter],
         diameter_read=configuration.diameter is not None,

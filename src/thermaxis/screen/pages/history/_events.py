@@ -1,6 +1,6 @@
 """Events of the history as pages show them, and the operator's trend that is marked with them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any, Final, cast
@@ -26,10 +26,11 @@ EVENT_KINDS: Final = (
     "touch",
 )
 """Kinds of events."""
-MARKED: Final = ("state", "request", "alarm")
+MARKED: Final = ("state", "request", "alarm", "touch")
 """Kinds of events that the operator's trend marks."""
 MARK_LENGTH: Final = 44
 """Letters of an event's name in a chart. [1]"""
+_RENEWS: Final = ("believed", "confirmed")
 _GRAVE: Final = ("critical", "high")
 _RANKS: Final = {"loss": 1, "start": 2, "stop": 2, "commission": 2, "connection": 3}
 _SHORTEST, _FINE, _MARGIN = timedelta(minutes=5), timedelta(hours=1), timedelta(minutes=1)
@@ -66,6 +67,8 @@ def said_event(event: EventRecord, language: str, names: Mapping[str, str] = NO_
         found |= _said_alarm(event, said, language)
     elif event.kind == "request":
         found |= _said_request(event, said, language)
+    elif event.kind == "touch":
+        found["rank"] = 5 if event.values.get("outcome") in _RENEWS else 2
     found["mark"] = shorten(found["mark"], MARK_LENGTH, placeholder=" …")
     return found
 
@@ -165,6 +168,14 @@ def acting_column(configuration: MachineConfiguration, output: str) -> str:
     settings = configuration.outputs.get(output)
     told = configuration.sink.kind == "linuxcnc" or bool(settings and settings.effective_node)
     return output_column(output, "effective" if told else "accepted")
+
+
+def touch_columns(outputs: Iterable[str]) -> tuple[str, ...]:
+    """Return the columns of what touches add at outputs, and of its standard uncertainty."""
+    from thermaxis.runtime.history import output_column  # noqa: PLC0415 - heavy
+
+    quantities = ("offset", "offset_std")
+    return tuple(output_column(name, one) for name in outputs for one in quantities)
 
 
 def names_now(status: Mapping[str, Any], table: str, configured: Sequence[str]) -> tuple[str, ...]:

@@ -25,6 +25,7 @@ from thermaxis.screen.pages.history._events import (
     events_of,
     names_now,
     said_event,
+    touch_columns,
     trend8,
 )
 from thermaxis.screen.pages.history._rows import Kept, NoHistoryError, found_in_history, history_of
@@ -179,7 +180,11 @@ def _kept_trend(connection: HTTPConnection) -> "Kept[Json | NoHistoryError]":
         async def made() -> Json | NoHistoryError:
             status = parts.feed.latest.status
             acting = _acting(parts, names_now(status, "outputs", outputs))
-            columns = *acting, *names_now(status, "inputs", compensation.model.channels)
+            columns = (
+                *acting,
+                *touch_columns(compensation.touches),
+                *names_now(status, "inputs", compensation.model.channels),
+            )
             now = parts.clock.utc()
             try:
                 return await history.ask(lambda r: trend8(r, now, compensation.cycle_s, columns))

@@ -43,7 +43,7 @@ export const JUMPED = "too_fast";
 /** Words of what needs no value. @type {Record<string, string>} */
 const TITLES = {
   Enable: "operator-enable", Disable: "operator-disable", Hold: "operator-hold",
-  Resume: "operator-resume", Acknowledge: "operator-acknowledge",
+  Resume: "operator-resume", Acknowledge: "operator-acknowledge", Datum: "operator-datum",
 };
 
 /** Which requests end one another. @type {Record<string, string>} */
@@ -68,6 +68,9 @@ const EFFECTS = {
   },
   Diameter: (status, { args: [mm] }) => status.diameter_mm === mm,
   NoDiameter: (status) => status.diameter_mm === null,
+  Touch: ({ outputs }, { args: [output, um] }) => Math.abs((outputs[output]?.touch_um ?? NaN) - um) <= SAME,
+  Datum: ({ outputs }) =>
+    Object.values(outputs).every((axis) => (axis.offset_known_um ?? null) === null),
   // It acts once the compensation follows it: until it has settled nothing moves.
   ChooseModel: (status, asked) => acts(status) && isLoaded(status, asked)
     && !status.reasons.includes("settling"),
@@ -100,6 +103,7 @@ export function isHeld(status) {
 /** Whether something waits to be acknowledged. @param {Status} status */
 export function waitsForAPerson(status) {
   return status.state === "Fault" || foundElsewhere(status).length > 0
+    || Object.values(status.outputs).some((axis) => axis.offset_void)
     || Object.values(status.inputs).some((input) => input.quality === JUMPED);
 }
 
@@ -173,8 +177,9 @@ export function diameterWord(mm) {
 export function titleOf(asked) {
   const { method, args: [first, value] } = asked;
   if (method === "ChooseModel") return `${word("common-page_model")} ${first}`;
-  if (method === "Trim") {
-    return `${word("operator-trim_ask")} ${shortNames(first)} ${signed(value, 1)}\u00a0µm`;
+  if (method === "Trim" || method === "Touch") {
+    const key = method === "Trim" ? "operator-trim_ask" : "operator-touch_ask";
+    return `${word(key)} ${shortNames(first)} ${signed(value, 1)}\u00a0µm`;
   }
   return topicOf(asked) === "Diameter"
     ? word("operator-diameter_is", { diameter: diameterWord(first) }) : word(TITLES[method] ?? "");

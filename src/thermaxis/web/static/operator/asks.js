@@ -6,7 +6,7 @@ import { diameterWord, foundElsewhere, isHeld, isZero, JUMPED, waitsForAPerson }
 import { button, byId, say } from "../elements.js";
 import { latest } from "../live.js";
 import { goalUm } from "./axes.js";
-import { facts, gainAt, isTrimmed, modelAsksUm } from "./parts.js";
+import { facts, gainAt, isTouched, isTrimmed, modelAsksUm } from "./parts.js";
 import { clock, duration, number, shortNames, signed, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
@@ -37,6 +37,7 @@ export function blocked(status) {
   const fault = status.state === "Fault" ? word("operator-why_fault") : "";
   const held = isHeld(status);
   const trimmed = Object.values(status.outputs).some(isTrimmed);
+  const touched = Object.values(status.outputs).filter(isTouched);
   const off = status.enabled ? "" : word("operator-why_disabled");
   return {
     Enable: fault || (status.enabled ? word("operator-why_enabled") : ""),
@@ -46,6 +47,8 @@ export function blocked(status) {
     Resume: held ? "" : word("operator-why_not_held"),
     // To take back is always allowed.
     Trim: trimmed ? "" : fault,
+    Touch: touched.some(takesTouch) ? ""
+      : word(touched.length ? "operator-why_fault" : "operator-why_no_touches"),
     Acknowledge: waitsForAPerson(status) ? status.acknowledge_said : word("operator-why_calm"),
   };
 }
@@ -63,7 +66,7 @@ export function showAsks(status) {
     const own = reasons[name] ?? "";
     one.disabled = why ? !(may && name === SAFE_WITHOUT_DATA) : own !== "";
     const told = name === "Diameter" && status ? diameterWord(status.diameter_mm) : own;
-    say(one.lastElementChild, why && name !== "Diameter" ? "" : told);
+    if (name !== "Touch") say(one.lastElementChild, why && name !== "Diameter" ? "" : told);
   }
 }
 
@@ -73,6 +76,7 @@ export function startAsks() {
     one.addEventListener("click", () => {
       if (name === "Trim") void trim();
       else if (name === "Diameter") void diameter();
+      else if (name === "Touch") void touch();
       else plain(name);
     });
   }
@@ -174,6 +178,9 @@ function acknowledged(status) {
     .map(([name, input]) => `${shortNames(name)} (${number(input.read, 1)}\u00a0°C)`);
   const offsets = foundElsewhere(status)
     .map((alarm) => word("operator-acknowledge_found", { found: alarm.text }));
+  const touched = axesOf(status).filter(([, axis]) => axis.offset_void)
+    .map(([name]) => word("operator-acknowledge_touches", { axis: shortNames(name) }));
+  offsets.push(...touched);
   return names.length === 0 ? offsets
     : [...offsets, word("operator-acknowledge_sensors", { names: names.join(", ") })];
 }
@@ -246,19 +253,78 @@ function askTrim(output, value, seconds) {
   });
 }
 
+// ---- touch -----------------------------------------------------------------------------------
+
+/** Whether a touch can be believed. @param {any} axis */
+function takesTouch(axis) {
+  return isTouched(axis) && !axis.offset_void;
+}
+
+/** Why a touch cannot be taken; empty where it can. @param {Status} status
+ * @param {string} output */
+function whyNoTouch(status, output) {
+  const axis = status.outputs[output];
+  if (!isTouched(axis)) return word("operator-why_no_output");
+  return takesTouch(axis) ? "" : word("operator-why_fault");
+}
+
+async function touch() {
+  const { dialog, form, on, show } = openDialog(word("operator-touch_title"), {
+    go: word("operator-continue"), template: "touch",
+  });
+  const chosen = (/** @type {string} */ name) => String(new FormData(form).get(name));
+  const field = padded(form, "touch-value");
+  const datum = button(word("operator-datum"), () => dialog.close("datum"));
+  on.before(datum);
+  const how = await show(() => {
+    const status = latest();
+    datum.disabled = status === null;
+    return status !== null && field.validity.valid && !whyNoTouch(status, chosen("output"));
+  });
+  if (how === "datum") void ask("Datum", [], { text: () => [word("operator-datum_text")] });
+  if (how === "asked") {
+    askTouch(chosen("output"), Number(field.value.replace(",", ".")), Number(chosen("age_s")));
+  }
+}
+
+/** @param {string} output @param {number} value @param {number} ageS */
+function askTouch(output, value, ageS) {
+  const of = facts.touched[output];
+  const values = { axis: shortNames(output), value: signed(value, 1),
+    largest: number(of?.largest_um, 1), rate: number(of?.largest_rate_um_per_s, 2) };
+  void ask("Touch", [output, value, ageS], {
+    blocked: (status) => whyNoTouch(status, output),
+    text: (status) => [
+      word(status.outputs[output]?.offset_acts ? "operator-touch_text" : "operator-touch_shown", values),
+      word("operator-touch_excluded"), word("operator-sign"),
+    ],
+  });
+}
+
+/** A field of a dialog, into which its keys write. @param {HTMLElement} form @param {string} id */
+function padded(form, id) {
+  const field = /** @type {HTMLInputElement} */ (byId(id));
+  for (const key of /** @type {NodeListOf<HTMLButtonElement>} */ (
+    form.querySelectorAll(".op-pad button"))) {
+    key.addEventListener("click", () => { field.value = typed(field.value, key.value); });
+  }
+  return field;
+}
+
+/** What stands in a field after a key; without a sign it deletes.
+ * @param {string} before @param {string} key */
+function typed(before, key) {
+  if (key === "±") return before.startsWith("-") ? before.slice(1) : `-${before}`;
+  return (key ? before + key : before.slice(0, -1)).slice(0, 9);
+}
+
 // ---- diameter --------------------------------------------------------------------------------
 
 async function diameter() {
   const { dialog, form, on, show } = openDialog(word("operator-diameter_title"), {
     go: word("operator-continue"), template: "diameter",
   });
-  const field = /** @type {HTMLInputElement} */ (byId("diameter-value"));
-  for (const key of /** @type {NodeListOf<HTMLButtonElement>} */ (
-    form.querySelectorAll(".op-pad button"))) {
-    key.addEventListener("click", () => {
-      field.value = (key.value ? field.value + key.value : field.value.slice(0, -1)).slice(0, 9);
-    });
-  }
+  const field = padded(form, "diameter-value");
   const centre = button(word("operator-diameter_centre"), () => dialog.close("centre"));
   on.before(centre);
   const how = await show(() => {

@@ -4,8 +4,8 @@
 
 import { byId, made, say } from "../elements.js";
 import { diameterWord } from "../ask/requests.js";
-import { gainNow, isTrimmed, modelAsksUm } from "./parts.js";
-import { duration, number, shortNames, signed, word } from "../words.js";
+import { facts, gainNow, isTouched, isTrimmed, modelAsksUm } from "./parts.js";
+import { duration, number, shortNames, signed, timeOf, word } from "../words.js";
 
 /** @typedef {Record<string, any>} Status */
 /** @typedef {{key: string, name: string, k: string, um: number | null, part?: string}} Share */
@@ -82,6 +82,12 @@ function sharesOf(status, output, most) {
   }
   if (isTrimmed(axis)) {
     shares.push({ key: "trim", name: word("operator-trim_manual"), k: "", um: axis.trim_um });
+  }
+  if (isTouched(axis)) {
+    const key = axis.offset_void ? "operator-touches_void"
+      : axis.offset_acts ? "operator-touches_of" : "operator-touches_shown";
+    const values = { known: signed(axis.offset_known_um, 1), std: number(axis.offset_std_um, 1) };
+    shares.push({ key: "touch", name: word(key, values), k: "", um: axis.offset_um });
   }
   if (status.state === "Off") return shares; // nothing comes of them
   if (Math.abs(axis.rest_um) >= LEAST_REST_UM && shares.reduce(plus, 0) !== null) {
@@ -248,6 +254,7 @@ function rowsOf(status, name) {
     ["model", word("operator-model_asks"), um(modelAsksUm(axis))],
     ["trim", word("operator-trim"), isTrimmed(axis)
       ? `${um(axis.trim_um)}, ${word("operator-trim_by", values)}` : word("operator-trim_none")],
+    ...isTouched(axis) ? touchRows(name, axis) : [],
     ["rate", word("operator-rate"), `${signed(axis.rate_um_per_s, 2)}\u00a0µm/s${limits
       ? `, ${word("operator-rate_of", { limit: number(limits.largest_rate_um_per_s, 2) })}` : ""}`],
     ["weight", word("operator-weight"), weightSaid(axis.weight, true)],
@@ -257,6 +264,46 @@ function rowsOf(status, name) {
       .map((one) => `${one.name} ${one.k} ${um(one.um)}${gainSaid(status, name, one.part ?? "")}`)
       .join(" · ")],
   ];
+}
+
+/** What touches add, what they show, and what became of the last one.
+ * @param {string} name @param {any} axis @returns {[string, string, string][]} */
+function touchRows(name, axis) {
+  const std = number(axis.offset_std_um, 1);
+  const why = axis.offset_void ? word("operator-touches_off") : axis.offset_acts ? ""
+    : word(facts.touched[name]?.acts ? "operator-touches_unproven" : "operator-touches_only_shown");
+  return [
+    ["offset", word("operator-touches"), [`${signed(axis.offset_um, 1)}\u00a0µm`,
+      word("operator-touch_known", { known: signed(axis.offset_known_um, 1), std }),
+      ...why ? [why] : []].join("; ")],
+    ["touch", word("operator-touch_last"), axis.touch_time ? word("operator-touch_showed", {
+      time: timeOf(axis.touch_time), value: signed(axis.touch_um, 1), outcome: axis.touch_said,
+    }) : word("operator-touch_none")],
+  ];
+}
+
+/** What became of the last touch, in few words. @param {any} axis */
+function outcomeSaid(axis) {
+  return {
+    "": word("operator-touch_none"), believed: word("operator-touch_renewed"),
+    confirmed: word("operator-touch_renewed"), excluded: word("operator-touch_again"),
+    no_effect: word("operator-touch_off"),
+  }[/** @type {string} */ (axis.touch_outcome)] ?? word("operator-touch_unused");
+}
+
+/** When was touched last and how that ended, and whether nothing is asked for: of the axis that asks
+ * for one, else of the one that was touched last; null where none are looked at.
+ * @param {Status} status @returns {[boolean, string] | null} */
+export function touchesSaid(status) {
+  const [first] = Object.entries(status.outputs).filter(([, axis]) => isTouched(axis))
+    .sort(([, a], [, b]) => Number(b.touch_now ?? false) - Number(a.touch_now ?? false)
+      || Date.parse(b.touch_time ?? 0) - Date.parse(a.touch_time ?? 0));
+  if (!first) return null;
+  const [name, axis] = first;
+  const values = { axis: shortNames(name), std: number(axis.offset_std_um, 1),
+    time: axis.touch_time ? timeOf(axis.touch_time) : "", outcome: outcomeSaid(axis) };
+  return [!axis.touch_now && !axis.offset_void,
+    word(axis.touch_now ? "operator-touch_now" : "operator-touched", values)];
 }
 
 /** @param {Status} status @param {string} output @param {string} part */

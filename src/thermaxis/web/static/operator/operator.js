@@ -6,7 +6,7 @@ import { byId, hasEnglish, made, say } from "../elements.js";
 import { alarmMark } from "../frame.js";
 import { lastKnown, latest, onNoData, onStatus } from "../live.js";
 import { showAsks, startAsks } from "./asks.js";
-import { fillDetails, fit, showAxes } from "./axes.js";
+import { fillDetails, fit, showAxes, touchesSaid } from "./axes.js";
 import { fillInputs, showInputs } from "./inputs.js";
 import { facts } from "./parts.js";
 import { startTrend } from "./trend.js";
@@ -177,6 +177,8 @@ function showStrip(status) {
     word("operator-history_bad"));
   const [good, text] = modelSaid(status);
   link("model-told", good, text, text);
+  const touches = touchesSaid(status);
+  if (touches) link("touched", touches[0], touches[1], touches[1]);
 }
 
 /** @param {Status} status @returns {[boolean, string]} */

@@ -8,6 +8,7 @@
  * @typedef {object} Facts
  * @property {number} hold_operator_s
  * @property {boolean} probed
+ * @property {Record<string, {acts: boolean, largest_um: number, largest_rate_um_per_s: number}>} touched
  * @property {string} model_sha256
  * @property {Record<string, Record<string, {points: [number, number][], tool_gain: number}>>} gains
  */
@@ -20,6 +21,11 @@ const NEAR_ZERO = 1e-9;
 /** Whether a person has added something to a correction. @param {any} axis */
 export function isTrimmed(axis) {
   return Math.abs(axis?.trim_um ?? 0) > NEAR_ZERO;
+}
+
+/** Whether touches are looked at. @param {any} axis */
+export function isTouched(axis) {
+  return typeof axis?.offset_um === "number";
 }
 
 /** What the model alone asks for, before limits and without a trim. @param {any} axis

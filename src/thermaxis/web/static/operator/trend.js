@@ -13,6 +13,7 @@ const REFRESH_MS = 15_000;
 const MOST_LINES = 6;
 const LEAST_UM = 10; // noise stays small
 const MICROMETRES = "µm";
+const STD = "_offset_std_um";
 
 /** Read the trend, again and again. */
 export async function startTrend() {
@@ -32,8 +33,8 @@ export async function startTrend() {
  * @param {{first: number, last: number, series: Record<string, Series>, events: any[]}} found */
 function draw({ first, last, series, events }) {
   /** @type {Line[]} */
-  const all = Object.entries(series).map(([name, { unit, t, mean }]) => ({
-    name: shortNames(name.replace(/_(effective|accepted)(_um)?$/, "")),
+  const all = Object.entries(series).filter(([name]) => !name.endsWith(STD)).map(([name, { unit, t, mean }]) => ({
+    ...named(name, mean, series),
     unit,
     x: t,
     y: mean,
@@ -54,6 +55,19 @@ function draw({ first, last, series, events }) {
   });
   const count = all.length - lines.length;
   return count ? word("operator-trend_more", { count }) : "";
+}
+
+/** Name of a line; what touches add has the band of its standard uncertainty.
+ * @param {string} name @param {(number | null)[]} mean @param {Record<string, Series>} series */
+function named(name, mean, series) {
+  const stem = name.replace(/_(effective|accepted|offset)(_um)?$/, "");
+  if (!name.endsWith("_offset_um")) return { name: shortNames(stem) };
+  const std = series[`${stem}${STD}`]?.mean ?? [];
+  const edge = (/** @type {number} */ side) => mean.map((um, k) => {
+    const own = std[k] ?? null;
+    return um === null || own === null ? null : um + side * own;
+  });
+  return { name: word("operator-trend_touches", { axis: shortNames(stem) }), low: edge(-1), high: edge(1) };
 }
 
 /** Every offset, and of the temperatures those that moved most. @param {Line[]} all */
