@@ -43,7 +43,6 @@ FIRST = (
     "test_linuxcnc",
     "test_loop_is_killed",
     "test_foreign_opcua",
-    "test_plc_export",
     "test_clean_installation",
     "test_tutorials",
     "test_app",

@@ -4,44 +4,50 @@ The figures are those of ``docs/theory/plc-arithmetic.md``; see them with ``pyte
 """
 
 import math
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.unit.plc.compiled import Compiled
+from tests.unit.plc.equal_parts import CLibrary, Record, c_library, recorded, st_block
 from tests.unit.plc.plc_scenarios import paper_model, scenario_steps, wide
 from thermaxis.compensation import CompensationModel
-from thermaxis.plc import LIBRARY, Block, CycleBlock, st_library
+from thermaxis.plc import LIBRARY, Block, CycleBlock, PlcStep, st_library
 
 pytestmark = pytest.mark.system
 
 
-def in_real(model: CompensationModel, *, compensated: bool) -> Compiled:
-    """Return an instance in REAL; with plain increments its lag is that of LREAL, rounded."""
+def away_um(
+    model: CompensationModel, record: Record, folder: Path, *, compensated: bool
+) -> np.ndarray:
+    """Return how far the model in REAL is from `cycle`, by call; states are the same.
+
+    With plain increments its lag is that of LREAL, rounded.
+    """
     block = Block(settings=wide(model, double=False))
     texts = block.st()
     if not compensated:
         texts[f"{LIBRARY}.st"] = st_library(double=True).replace("LREAL", "REAL")
-    return Compiled(block, texts=texts)
-
-
-def largest_difference_um(model: CompensationModel, *, compensated: bool) -> tuple[float, float]:
-    """Return how far REAL is from LREAL in 8 h at 1 s, and the span of the model."""
-    single = in_real(model, compensated=compensated)
-    largest_um = highest_um = lowest_um = 0.0
-    for inputs, wanted in scenario_steps(wide(model, double=True), hours=8.0, seed=1):
-        said, wanted_um = single.step(inputs), wanted["model_z_um"]
-        assert said["state"] == wanted["state"]
-        largest_um = max(largest_um, abs(said["model_z_um"] - wanted_um))
-        highest_um, lowest_um = max(highest_um, wanted_um), min(lowest_um, wanted_um)
-    return largest_um, highest_um - lowest_um
+    name = f"{block.name}_{compensated}"
+    c = {name: st_block(block, texts, name)}
+    rows = CLibrary(c_library(c, folder / name, "-O1")).run(name, record)
+    state, moved = (record.outputs.index(one) for one in ("state", "model_z_um"))
+    assert np.array_equal(rows[:, state], record.wanted[:, state])
+    return np.abs(rows[:, moved] - record.wanted[:, moved])
 
 
 @pytest.mark.parametrize("name", ["eps1", "eps2"])
-def test_real_stays_within_two_nanometres_of_lreal_for_the_models_of_the_paper(name: str) -> None:
+def test_real_stays_within_two_nanometres_of_lreal_for_the_models_of_the_paper(
+    name: str, tmp_path: Path
+) -> None:
     model = paper_model(name)
-    largest_um, span_um = largest_difference_um(model, compensated=True)
-    plain_um, _ = largest_difference_um(model, compensated=False)
+    steps = scenario_steps(wide(model, double=True), hours=8.0, seed=1)
+    record = recorded(wide(model, double=False), steps)
+    largest_um, plain_um = (
+        np.max(away_um(model, record, tmp_path, compensated=one)) for one in (True, False)
+    )
+    span_um = np.ptp(record.wanted[:, record.outputs.index("model_z_um")])
     print(f"{name}: {largest_um:.2e} um of {span_um:.1f} um, plain {plain_um:.2e} um")
     assert span_um > 10.0
     assert 0.0 < largest_um < 0.002
@@ -49,21 +55,23 @@ def test_real_stays_within_two_nanometres_of_lreal_for_the_models_of_the_paper(n
 
 @pytest.mark.parametrize(("name", "plain_um"), [("eps1", 0.02), ("eps2", 0.0001)])
 def test_at_constant_temperatures_only_the_compensated_section_in_real_reaches_its_end(
-    name: str, plain_um: float
+    name: str, plain_um: float, tmp_path: Path
 ) -> None:
     model = paper_model(name)
-    kept, plain = (largest_after_a_step_um(model, compensated=c) for c in (True, False))
+    record = recorded(wide(model, double=False), after_a_step(model))
+    kept, plain = (
+        np.max(away_um(model, record, tmp_path, compensated=one)) for one in (True, False)
+    )
     print(f"{name}: compensated {kept:.2e} um, plain {plain:.2e} um, eight hours after a step")
     assert kept < 0.0002
     assert plain > plain_um
 
 
-def largest_after_a_step_um(model: CompensationModel, *, compensated: bool) -> float:
-    """Return how far REAL is from LREAL while one temperature rises by 9 K and then stands."""
+def after_a_step(model: CompensationModel) -> Iterator[PlcStep]:
+    """Yield eight hours in which one temperature rises by 9 K and then stands."""
     settings = wide(model, double=True)
-    blocks = (in_real(model, compensated=compensated), CycleBlock(settings))
+    cycle = CycleBlock(settings)
     calm = next(iter(scenario_steps(settings, hours=1.0, seed=0))).inputs
-    largest_um = 0.0
     for call in range(28_800):
         rise_k = 0.09 * min(call, 100)
         # A count of the sensor to and fro: a value that does not change at all is not believed.
@@ -71,9 +79,7 @@ def largest_after_a_step_um(model: CompensationModel, *, compensated: bool) -> f
         temperatures_c = (20.0 + rise_k + count_k, 20.0)
         names = [f"t_{stem}" for stem in settings.names.channels]
         told = {**calm, **dict(zip(names, temperatures_c, strict=True)), "enable": call > 0}
-        pair = [block.step(told)["model_z_um"] for block in blocks]
-        largest_um = max(largest_um, abs(pair[0] - pair[1]))
-    return largest_um
+        yield PlcStep(told, cycle.step(told))
 
 
 def rest(alpha: float, begin: float, end: float, *, compensated: bool, steps: int) -> float:

@@ -45,7 +45,6 @@ from thermaxis.plc import (
     TOUCH,
     Block,
     CycleBlock,
-    PlcStep,
     c_library as library_in_c,
     st_library,
 )
@@ -93,9 +92,8 @@ def real_away_from_lreal(name: str, hours: float, folder: Path) -> tuple[float, 
     """Return how far the model in REAL is from `cycle`, and its span. [µm]"""
     model = paper_model(name)
     settings = wide(model, double=False)
-    block, cycle = Block(settings=settings), CycleBlock(wide(model, double=True))
-    steps = scenario_steps(wide(model, double=True), hours=hours, seed=1)
-    record = recorded(settings, [PlcStep(i, cycle.step(i)) for i, _ in steps])
+    block = Block(settings=settings)
+    record = recorded(settings, scenario_steps(wide(model, double=True), hours=hours, seed=1))
     rows = CLibrary(c_library({block.name: c_block(block)}, folder)).run(block.name, record)
     column = record.outputs.index("model_z_um")
     wanted = record.wanted[:, column]
