@@ -127,9 +127,11 @@ def _shift(
     shift_s = round(round(rows * record.sample_time_s / log.usual_step_s) * log.usual_step_s, 3)
     large = abs(shift_s) >= LEAST_SHIFT_S
     least_s = max(TOLD_SHIFT_S, min(_display_s(log, one) for one in inputs))
-    if abs(shift_s) <= least_s or gained < (LEAST_EVIDENCE if large else TOLD_EVIDENCE):
+    within_s = significant(2.0 * within * record.sample_time_s, 2)
+    evidence = LEAST_EVIDENCE if large else TOLD_EVIDENCE
+    if abs(shift_s) <= max(least_s, within_s) or gained < evidence:
         return 0.0, 0.0
-    return shift_s, significant(2.0 * within * record.sample_time_s, 2)
+    return shift_s, within_s
 
 
 def _without_gaps(record: Experiment) -> Experiment:
