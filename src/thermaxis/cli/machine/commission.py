@@ -104,8 +104,8 @@ def run(arguments: argparse.Namespace) -> int:
         except asyncio.CancelledError:
             raise KeyboardInterrupt from None
     sys.stdout.write(_said(proof))
-    if arguments.touch and proof.passed:
-        sys.stdout.write(_said_of_touches(configuration, output))
+    if arguments.touch:
+        sys.stdout.write(_said_of_touches(configuration, output, proven=proof.passed))
     if arguments.json is not None:
         arguments.json.write_text(
             json.dumps(_record(proof, touches=arguments.touch), indent=2) + "\n", encoding="utf-8"
@@ -278,7 +278,11 @@ def _record(proof: runtime.StepProof, *, touches: bool) -> dict[str, str | float
     }
 
 
-def _said_of_touches(configuration: runtime.MachineConfiguration, output: str) -> str:
+def _said_of_touches(
+    configuration: runtime.MachineConfiguration, output: str, *, proven: bool
+) -> str:
+    if not proven:
+        return f"Where a gauge has proven {output}, node, sign or unit of its probe is wrong.\n"
     if configuration.rules.touches[output].acts:
         return "Touches are added to the correction from the next start of the loop on.\n"
     return f"Touches are shown only, until acts = true stands in [probe.{output}].\n"
