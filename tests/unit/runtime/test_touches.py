@@ -59,10 +59,11 @@ class Probing(SimulatedMachine):
     def __init__(self) -> None:
         super().__init__({"s": 23.0, "c": 20.0, **FLAGS, PROBE: 0.0, COUNTER: 7.0})
         self.sees = 1.0
-        self.age_s = 0.0
+        self.age_s: float | None = 0.0
 
     def touch(self, wrong_um: float = 0.0) -> None:
-        self.values[PROBE] = -GOAL_UM + LACKS_UM + self.sees * self.z_um + wrong_um
+        self.touched_um = -GOAL_UM + LACKS_UM + self.sees * self.z_um + wrong_um
+        self.values[PROBE] = self.touched_um
         self.values[COUNTER] += 1.0
 
 
@@ -128,6 +129,12 @@ async def test_each_number_is_taken_once_and_neither_the_first_nor_one_that_fall
         bench.machine.values |= {PROBE: 0.0, COUNTER: 0.0}  # a control that was started anew
         await sleep(10.0)
         assert bench.outcomes == ["believed"]
+        bench.machine.values[COUNTER] = 8.0  # a server that told nothing while it started
+        bench.machine.values[PROBE] = bench.machine.touched_um
+        await sleep(10.0)
+        assert bench.outcomes == ["believed"]
+        bench.machine.values[COUNTER] = 0.0
+        await sleep(10.0)
         for _ in range(8):  # up to numbers that it has had before
             await bench.touched()
         assert bench.outcomes == ["believed"] * 9
@@ -179,6 +186,22 @@ async def test_a_touch_refers_to_the_correction_in_force_when_its_counter_rose(
         if outcome == "believed":
             assert machine.z_um - seen_um < -3.0
             assert touches_of(loop).known_um == pytest.approx(LACKS_UM * 25.0 / 26.0, abs=0.6)
+
+
+async def test_a_touch_of_unknown_age_refers_to_the_last_look_that_did_not_know_it() -> None:
+    bench = Bench()
+    machine = bench.machine
+    machine.age_s = None
+    async with bench.running(Stamped(machine)) as loop:
+        await enabled_for(loop, 30.0)
+        seen_um, count = machine.z_um, machine.values[COUNTER]
+        machine.values[COUNTER] = None  # the probes are lost while the correction moves on
+        await sleep(20.0)
+        machine.values |= {COUNTER: count + 1.0, PROBE: -GOAL_UM + LACKS_UM + seen_um}
+        await sleep(2.0)
+        assert bench.outcomes == ["believed"]
+        assert machine.z_um - seen_um < -3.0
+        assert touches_of(loop).known_um == pytest.approx(LACKS_UM * 25.0 / 26.0, abs=0.6)
 
 
 async def test_a_counter_that_rises_on_the_way_back_refers_to_what_was_in_force_before() -> None:
@@ -334,6 +357,27 @@ async def test_a_wrong_sign_takes_the_offset_away_until_somebody_acknowledges() 
     bench.assert_law(late_cycles=1.0)
 
 
+async def test_no_restart_takes_an_acknowledge_away(tmp_path: Path) -> None:
+    bench = Bench(WRONG_SIGN)
+    bench.machine.sees = -1.0
+    bench.file = StateFile(tmp_path / "state.json")
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+        for _ in range(12):
+            await bench.touched(30.0)
+            if touches_of(loop).void:
+                break
+        assert touches_of(loop).void
+    bench.machine.come_back()
+    async with bench.running() as loop:
+        await sleep(60.0)
+        assert "touch_void" in alarms_of(loop)
+        await bench.touched(30.0)
+        assert bench.outcomes[-1] == "no_effect"
+        assert await ask(loop, RequestKind.ACKNOWLEDGE)
+        assert not touches_of(loop).void
+
+
 @pytest.mark.parametrize("by", ["node", "request"])
 async def test_a_datum_that_is_set_anew_makes_the_offset_leave_at_its_rate(by: str) -> None:
     bench = Bench()
@@ -369,6 +413,15 @@ async def test_a_restart_forgets_what_touches_have_taught(tmp_path: Path) -> Non
     async with bench.running() as loop:
         await sleep(30.0)
         assert touches_of(loop) == OutputTouches(0.0, None, RULES.start_um, acts=True)
+
+
+async def test_a_probe_without_a_counter_is_shown_all_the_time() -> None:
+    bench = Bench()
+    del bench.machine.values[COUNTER]
+    async with bench.running() as loop:
+        await enabled_for(loop, 10.0)
+        assert loop.status is not None
+        assert loop.status.samples[PROBE].value == 0.0
 
 
 # ---- told and recorded ---------------------------------------------------------------------------

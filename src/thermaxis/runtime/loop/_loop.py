@@ -277,7 +277,8 @@ class CompensationLoop:
         await self._machine.write(output, wait_s, ready=self._ready)
         self._record(now_s, lateness_s, samples, output)
         memory = self._state.memory
-        decided = (memory.enabled, memory.fault, self._latched)
+        void = tuple(one.off for one in self._state.offsets)
+        decided = (memory.enabled, memory.fault, self._latched, void)
         self._saver.save(self._saved, self.compensation, now_s, decided)
 
     @property

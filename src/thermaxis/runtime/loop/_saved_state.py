@@ -20,6 +20,7 @@ from thermaxis.compensation import (
     Compensation,
     CycleState,
     Memory,
+    OffsetState,
     Reason,
     SensorState,
     SupervisorState,
@@ -144,6 +145,8 @@ def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
     kept = {**saved.state._asdict(), "thermal": saved.state.thermal._asdict()}
     for name in ("offsets", "expected"):
         del kept[name]  # what touches have taught starts anew with the machine
+    names = [output.name for output in compensation.model.outputs]
+    void = [name for name, one in zip(names, saved.state.offsets, strict=False) if one.off]
     return {
         "format": STATE_FORMAT,
         "version": STATE_VERSION,
@@ -156,7 +159,8 @@ def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
         "mismatches": [(*one[:-1], one.utc and one.utc.isoformat()) for one in saved.mismatches],
         "channels": compensation.model.channels,
         "judged": compensation.judged,
-        "outputs": [output.name for output in compensation.model.outputs],
+        "outputs": names,
+        "touches_void": void,
         "state": kept,
     }
 
@@ -194,6 +198,7 @@ def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
     corrections = dict(zip(saved["outputs"], raw["correction_um"], strict=True))
     goals = dict(zip(saved["outputs"], raw["goal_um"], strict=True))
     trims = dict(zip(saved["outputs"], raw["trims"], strict=True))
+    void = compensation.touches.keys() & saved.get("touches_void", ())
     if saved["channels"] == list(model.channels) and saved["outputs"] == names:
         restored = ThermalState(**{name: _tuples(value) for name, value in thermal.items()})
     else:
@@ -214,6 +219,7 @@ def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
         goal_um=tuple(float(goals.get(name, 0.0)) for name in names),
         trims=tuple(_trim(*trims.get(name, ())) for name in names),
         diameter_mm=raw["diameter_mm"],
+        offsets=tuple(OffsetState(off=name in void) for name in names) if void else (),
     )
 
 

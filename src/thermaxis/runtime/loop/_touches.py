@@ -17,7 +17,7 @@ from thermaxis.compensation import (
     TouchOutcome,
     TouchRules,
 )
-from thermaxis.runtime._ports import NOT_READ, SourceSample, counter_name, probe_name
+from thermaxis.runtime._ports import SourceSample, counter_name, probe_name
 from thermaxis.runtime.loop._journal import Journal
 from thermaxis.runtime.status import OutputTouches
 
@@ -30,10 +30,11 @@ class Touches:
     """Takes a touch when its counter has risen, and stands at the next look.
 
     The look after is what its value is taken from: a server that samples its nodes one after the
-    other may tell a new counter beside an old value. The time is that of the first look. The first
-    number that is seen is no touch, nor is one that has fallen: a control that was started anew
-    counts from zero. Between touches the probe has no value: the last one was taken while another
-    correction acted.
+    other may tell a new counter beside an old value. The time is what the counter's age says, and
+    without an age the last look at which it had not risen: what was in force then still was. The
+    first number that is seen is no touch, nor is one that has fallen, as in a control that was
+    started anew, nor one that comes back with its value. Between touches a probe with a counter has
+    no value: the last one was taken while another correction acted.
 
     Not protected: a counter that a gateway stamps anew when it comes back has risen then.
     """
@@ -49,6 +50,8 @@ class Touches:
         self._delay_s, self._wanted_std_um = delay_s or {}, wanted_std_um or {}
         self._seen: dict[str, tuple[float, float]] = {}  # counter, and when it was seen first [s]
         self._taken: dict[str, float] = {}
+        self._stood_s: dict[str, float] = {}  # when the counter had not risen yet
+        self._shown: dict[str, tuple[float, float]] = {}  # counter and value of the last touch
         self._count = 0
         self._last: dict[str, OutputTouches] = {}
         self.outcomes: dict[str, str] = {}
@@ -74,12 +77,17 @@ class Touches:
             if own is None:
                 continue
             name, sample = output.name, samples.get(probe_name(output.name), _NO_PROBE)
-            at_s = self._risen(name, samples.get(counter_name(name), NOT_READ), now_s)
+            if counter_name(name) not in samples:  # touches are typed alone
+                continue
+            at_s = self._risen(name, samples[counter_name(name)], now_s)
             left[probe_name(name)] = sample._replace(value=None)
             value_um = sample.value if sample.good else None
             if at_s is None or value_um is None or not math.isfinite(value_um):
                 continue
             self._taken[name] = self._seen[name][0]
+            before, self._shown[name] = self._shown.get(name), (self._taken[name], value_um)
+            if before == self._shown[name]:
+                continue
             if self._replayed:  # the log's machine was not corrected
                 value_um += state.correction_um[compensation.model.outputs.index(output)]
             touches.append(Touch(name, value_um, at_s - self._delay_s.get(name, 0.0)))
@@ -98,12 +106,13 @@ class Touches:
         if count is None or not float(count).is_integer():
             return None
         if count <= self._taken.setdefault(name, count):
-            self._taken[name] = count
+            self._taken[name], self._stood_s[name] = count, now_s
             self._seen.pop(name, None)
             return None
         seen, at_s = self._seen.get(name, (None, now_s))
         if seen != count:
-            at_s = now_s - max(counter.age_s or 0.0, 0.0)
+            age_s = counter.age_s
+            at_s = self._stood_s[name] if age_s is None else now_s - max(age_s, 0.0)
             self._seen[name] = count, at_s
             return at_s if self._replayed else None
         return at_s
