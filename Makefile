@@ -50,7 +50,8 @@ test: setup-dev
 system: commands timed
 
 commands: setup-dev
-	$(BIN)/python -m pytest -m "system and not real_time" -n $(WORKERS) --dist loadfile -q
+	$(BIN)/python -m pytest -m "system and not real_time" -n $(WORKERS) --dist loadfile -q \
+		tests/system tests/scenarios tests/docs
 
 timed: setup-dev
 	$(BIN)/python -m pytest -m "system and real_time" -n 4 --dist loadfile -q tests/system
