@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
+from datetime import UTC, datetime
 from pathlib import Path
 from shutil import copytree
 
@@ -15,11 +16,15 @@ import pytest
 from tests.unit.fleet.fleet_machines import LAST, Truth, model_of, shipped
 from thermaxis.cli import main
 from thermaxis.cli.machine.commission import _record
+from thermaxis.cli.machine.relearn import _described
 from thermaxis.codes import Message
+from thermaxis.compensation import Output, Part
 from thermaxis.files import write_model
 from thermaxis.positioning import FIGURE_KEYS
-from thermaxis.runtime import EventRecord, StepProof, SystemClock
+from thermaxis.report.tables import as_json
+from thermaxis.runtime import EventRecord, StepProof, SystemClock, read_machine
 from thermaxis.runtime.history import HistorianSettings, SqlHistorian
+from thermaxis.thermal import Candidate, Comparison, Proposal, RelearnedOutput
 
 pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
 
@@ -268,6 +273,13 @@ def write_machine(example: Path, folder: Path, found: dict[str, set[str]]) -> No
     keys_written(["check", str(path), *json_words], "check", found, code=2)
     proof = StepProof("Z_um", 10.0, 0.0, 10.0, None, 10.1, 0.1, Message("event-step_proven"))
     keys_by_place(_record(proof, touches=True), "commission", found)
+    times = (datetime(2026, 11, day, tzinfo=UTC) for day in (9, 21, 23))
+    output = Output("Z_um", (Part("spindle", "T_spindle_C"),))
+    one = Candidate(output, None, Comparison(1.0, 0.5, 1.5, 1.2, 30), (2.0, 1.5), True)
+    told = RelearnedOutput("Z_um", (300, 60), (one,), one, Message("relearn-better"))
+    machine = read_machine(example / "lathe.toml")
+    relearnt = _described(machine, Proposal(None, (told,)), ("", None), tuple(times), [])
+    keys_by_place(as_json([*relearnt]), "relearn", found)
 
 
 def write_fleet(folder: Path, found: dict[str, set[str]]) -> None:

@@ -44,6 +44,7 @@ GROUPS = {
         "run": "compensate a machine: the loop",
         "ask": "acknowledge, disable or hold the loop of a machine on this computer",
         "screen": "serve the operator's and the engineer's pages of a running loop",
+        "relearn": "propose a better model where the newest touches of a machine show one",
         "history": "export, list, check or ship what the loop has recorded",
         "user": "add, remove or list the users of the status server",
         "certificate": "make, show or fetch certificates for OPC UA",

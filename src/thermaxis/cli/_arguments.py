@@ -10,9 +10,9 @@ from typing import Any, Protocol, TypeAlias
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
-UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
+UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 """Units in which a time may be written. [s]"""
-TIME = re.compile(r"(?P<number>-?\d+(?:\.\d*)?|-?\.\d+)?(?P<unit>s|min|h)?")
+TIME = re.compile(r"(?P<number>-?\d+(?:\.\d*)?|-?\.\d+)?(?P<unit>s|min|h|d)?")
 """A time, or a bare number."""
 
 Kind: TypeAlias = Callable[[str], object]
@@ -125,7 +125,7 @@ def positive_seconds(text: str) -> float:
     number = -1.0 if match is None or match["number"] is None else float(match["number"])
     seconds = number * UNITS_S[(match["unit"] if match else None) or "s"]
     if not 0.0 < seconds <= 1e9:
-        raise argparse.ArgumentTypeError(f"'{text}' is no positive time; write 60, 5min or 1h")
+        raise argparse.ArgumentTypeError(f"'{text}' is no positive time; write 60, 5min, 1h or 2d")
     return seconds
 
 

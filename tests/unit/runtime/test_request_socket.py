@@ -75,6 +75,22 @@ def test_a_touch_reaches_the_loop_with_output_value_and_age(tmp_path: Path) -> N
     assert (asked.output, asked.value, asked.duration_s) == ("Z_um", -3.5, 60.0)
 
 
+def test_a_model_reaches_the_loop_with_its_name(tmp_path: Path) -> None:
+    box = Box()
+    state = tmp_path / "lathe.state.json"
+
+    async def life() -> LocalAnswer:
+        here = RequestSocket(state, box, may_start=True)
+        await here.open()
+        found = await asyncio.to_thread(ask_loop, state, RequestKind.MODEL, "a model.json")
+        await here.close()
+        return found
+
+    assert asyncio.run(life()).accepted
+    (asked,) = box.asked
+    assert (asked.kind, asked.text, asked.value) == (RequestKind.MODEL, "a model.json", None)
+
+
 @pytest.mark.parametrize("may_start", [False, True])
 def test_nothing_is_started_at_the_computer_unless_the_configuration_allows_it(
     tmp_path: Path, may_start: bool
@@ -82,9 +98,9 @@ def test_nothing_is_started_at_the_computer_unless_the_configuration_allows_it(
     box = Box()
     kinds = RequestKind.ENABLE, RequestKind.RESUME, RequestKind.TRIM, RequestKind.MODEL
     found = asyncio.run(answers(tmp_path / "a.json", box, *kinds, may_start=may_start))
-    assert [one.accepted for one in found] == [may_start, may_start, False, False]
+    assert [one.accepted for one in found] == [may_start, may_start, False, may_start]
     assert {one.message.code for one in found if not one.accepted} == {"answer-not_at_computer"}
-    assert len(box.asked) == 2 * may_start
+    assert len(box.asked) == 3 * may_start
 
 
 def test_what_a_killed_loop_has_left_is_replaced_and_cannot_be_asked(tmp_path: Path) -> None:

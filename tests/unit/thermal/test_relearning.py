@@ -45,7 +45,7 @@ def why(proposal: Proposal) -> str:
 
 
 def test_a_slower_spindle_is_proposed_with_about_its_time_constant() -> None:
-    found = relearn(seen(Machine(slower=1.4), 3, night=3), MODEL)
+    found = relearn(seen(Machine(slower=1.4), 4, night=3), MODEL)
     assert why(found) == "relearn-better"
     assert found.model is not None
     (output,) = found.model.outputs
@@ -65,8 +65,8 @@ def test_what_is_right_stays_though_the_tool_wears_and_chips_are_touched() -> No
 
 
 def test_touches_that_judge_change_no_candidate() -> None:
-    log = seen(Machine(slower=1.4), 3, night=3)
-    newest = log.time_s > log.time_s[-1] - 86_400.0
+    log = seen(Machine(slower=1.4), 4, night=3)
+    newest = log.time_s > log.time_s[-1] - 86_400.0  # the last stretch that judges
     other = np.where(newest, log.columns["Z_um"] + 5.0 * np.sin(log.time_s), log.columns["Z_um"])
     changed = replace(log, columns={**log.columns, "Z_um": other})
     a, b = (relearn(one, MODEL).outputs[0].candidates for one in (log, changed))
@@ -75,7 +75,7 @@ def test_touches_that_judge_change_no_candidate() -> None:
 
 
 def test_few_touches_are_told_and_none_are_refused() -> None:
-    log = seen(Machine(every=180), 5, night=2)
+    log = seen(Machine(every=300), 5, night=2)
     assert why(relearn(log, MODEL)) == "relearn-few_touches"
     with pytest.raises(DataError):
         relearn(log.select(list(MODEL.channels)), MODEL)
@@ -84,7 +84,7 @@ def test_few_touches_are_told_and_none_are_refused() -> None:
 
 
 def test_a_stuck_sensor_is_looked_at_before_a_model_is_proposed() -> None:
-    log = seen(Machine(slower=1.4), 3, night=3)
+    log = seen(Machine(slower=1.4), 4, night=3)
     spindle = log.columns["T_spindle_C"].copy()
     spindle[DAY : 3 * DAY] = spindle[DAY]
     stuck = replace(log, columns={**log.columns, "T_spindle_C": spindle})

@@ -9,6 +9,7 @@ from ._problems import (
 )
 from ._reading import (
     parse_toml as parse_toml,
+    read_json_object as read_json_object,
     read_toml as read_toml,
     read_tree as read_tree,
     tree_of as tree_of,

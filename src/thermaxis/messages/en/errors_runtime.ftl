@@ -90,6 +90,10 @@ error-scale_unusable = The scale is not a finite number other than zero.
 
 error-no_model_folder = No other model may be chosen on this machine.
     .remedy = State model_folder in the table [machine].
+error-proposal_of_other_model = Another model is in force now than the one that this proposal was compared with.
+    .remedy = Relearn again, or choose the model on the page of models.
+error-nothing_to_roll_back = The model in force was not accepted from a proposal of this folder.
+    .remedy = Choose another model on the page of models.
 error-no_model_name = This is not a name in the folder of the models.
     .remedy = Name a file in the folder of the models.
 error-no_such_model = There is no such model: { $cause }.

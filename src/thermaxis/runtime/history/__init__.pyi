@@ -40,6 +40,9 @@ from ._reader import (
 from ._settings import (
     HistorianSettings as HistorianSettings,
 )
+from ._touched import (
+    touched_log as touched_log,
+)
 from ._url import (
     Encryption as Encryption,
     check_url as check_url,

@@ -8,6 +8,7 @@ import socket
 import struct
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Final, NamedTuple, final
 
@@ -22,13 +23,13 @@ ASKED_HERE: Final = tuple(
     RequestKind(kind)
     for kind in ("acknowledge", "disable", "hold", "touch", "datum", "resume", "enable")
 )
-"""What can be asked for; the last two where the configuration allows it."""
-_STARTS: Final = {RequestKind.RESUME, RequestKind.ENABLE}
+"""What can be asked for; the last two where the configuration allows it, as another model is."""
+_STARTS: Final = {RequestKind.RESUME, RequestKind.ENABLE, RequestKind.MODEL}
 LONGEST_ANSWER_S: Final = 70.0
 """An answer comes within a cycle, a minute at most. [s]"""
 _LONGEST_BYTES = 100_000
 _ASKED_WITHIN_S = 5.0
-_TOUCHED = TypeAdapter(tuple[str, float, float])
+_TOLD = TypeAdapter[str | tuple[str, float, float]](str | tuple[str, float, float])
 _CREDENTIALS = "3i"
 
 
@@ -69,17 +70,22 @@ class RequestSocket:
         with suppress(OSError, TimeoutError, ValueError):
             async with asyncio.timeout(_ASKED_WITHIN_S):
                 word, _, told = (await reader.readline()).decode().partition(" ")
-                output, value, age_s = _TOUCHED.validate_json(told) if told else ("", None, None)
-            request = Request(RequestKind(word.strip()), _peer(writer), output, value, age_s)
+                request = Request(RequestKind(word.strip()), _peer(writer))
+                said = _TOLD.validate_json(told) if told else ""
+            if isinstance(said, str):
+                request = replace(request, text=said)
+            else:
+                request = replace(request, output=said[0], value=said[1], duration_s=said[2])
             outcome = await self._outcome(request)
-            said = message_as_json(outcome.message) | {"accepted": outcome.accepted}
-            writer.write(json.dumps(said).encode() + b"\n")
+            answer = message_as_json(outcome.message) | {"accepted": outcome.accepted}
+            writer.write(json.dumps(answer).encode() + b"\n")
             await writer.drain()
         writer.close()
 
     async def _outcome(self, request: Request) -> RequestOutcome:
         kind = request.kind
-        if kind not in ASKED_HERE or (kind in _STARTS and not self._may_start):
+        known = kind in ASKED_HERE or kind is RequestKind.MODEL
+        if not known or (kind in _STARTS and not self._may_start):
             return RequestOutcome(accepted=False, code=LoopAnswer.NOT_AT_COMPUTER)
         return await self._box.submit(request)
 
@@ -94,19 +100,19 @@ class LocalAnswer(NamedTuple):
 
 
 def ask_loop(
-    state_file: Path, kind: RequestKind, touch: tuple[str, float, float] | None = None
+    state_file: Path, kind: RequestKind, told: str | tuple[str, float, float] | None = None
 ) -> LocalAnswer:
     """Ask the loop that keeps its state in a file, and wait for its next cycle.
 
-    A touch is its output, value [µm] and age [s].
+    What is told of a touch is its output, value [µm] and age [s]; of a model its file's name.
     """
     path = _socket_of(state_file)
     try:
         with _reached(path) as name, socket.socket(socket.AF_UNIX) as asking:
             asking.settimeout(LONGEST_ANSWER_S)
             asking.connect(name)
-            told = "" if touch is None else f" {json.dumps(touch)}"
-            asking.sendall(f"{kind}{told}\n".encode())
+            behind = "" if told is None else f" {json.dumps(told)}"
+            asking.sendall(f"{kind}{behind}\n".encode())
             with asking.makefile("rb") as stream:
                 said = json.loads(stream.readline(_LONGEST_BYTES))
     except (OSError, ValueError) as error:

@@ -50,7 +50,9 @@ FEWEST_LEARNT, FEWEST_JUDGED, FEWEST_BLOCKS = 12, 12, 4
 """With fewer touches, or blocks of them, nothing is proposed. [1]"""
 GAIN_STD, TIME_STD = 0.2, 0.3
 """Prior standard deviations of the logarithms by which gains and time constants changed. [1]"""
-FREE_RUN = 1.05
+FOLDS = 2
+"""What judges is cut into so many stretches; each judges models of the touches before it. [1]"""
+FREE_RUN = 1.25
 """The free run of what is proposed leaves no more than so many times what that in force leaves: it
 is judged by few touches and everything that drifts. [1]"""
 MOST_INPUTS = 4
@@ -64,11 +66,11 @@ _STEPS, _DELTA, _LARGEST_STEP = 6, 0.02, 0.5
 class RelearnOptions:
     """How a model is learnt anew, and what makes it a proposal."""
 
-    judged_s: float = DAY_S
+    judged_s: float = 2.0 * DAY_S
     """The newest touches, of so long, judge. [s]"""
-    margin: float = 0.05
+    margin: float = 0.1
     """Innovations of the new model are smaller by this share at least. [1]"""
-    false_rate: float = 0.01
+    false_rate: float = 0.002
     """How often another model is proposed, at one look, while that in force is right. [1]"""
     filters: Mapping[str, TouchFilter] = field(default_factory=dict[str, TouchFilter])
     """How touches are believed, by output. Default: that of `TouchFilter`."""
@@ -86,7 +88,7 @@ class Candidate:
     """Another model of one output, on touches that neither has seen."""
 
     output: Output
-    """The model."""
+    """The model, of all touches but those of the last stretch that judges."""
     learnt_s: float | None
     """It is the model in force, scaled by touches of so long before those that judge, infinite for
     all of them; None where it was identified anew. [s]"""
@@ -160,13 +162,9 @@ def relearn(
     if not names:
         place = Place(log.where)
         raise DataError("no_output_column", names=tuple(o.name for o in model.outputs), place=place)
-    cut_s = float(log.time_s[-1]) - asked.judged_s
-    learnt = log.span(0, max(int(np.searchsorted(log.time_s, cut_s)), 1))
     doubtful = _doubtful(log, model)
     outputs = [
-        _Output(log, model, output, cut_s, asked, len(names)).judged(
-            _records(learnt, model, output.name), doubtful
-        )
+        _Output(log, model, output, asked, len(names)).judged(doubtful)
         for output in model.outputs
         if output.name in names
     ]
@@ -187,8 +185,9 @@ def _doubtful(log: ThermalLog, model: CompensationModel) -> tuple[str, ...]:
     return tuple(dict.fromkeys(f.channel for f in findings if f.certain))
 
 
-def _records(learnt: ThermalLog, model: CompensationModel, name: str) -> Records | None:
-    """Return what one output was learnt from, with the inputs of the model; None without rows."""
+def _records(log: ThermalLog, cut_s: float, model: CompensationModel, name: str) -> Records | None:
+    """Return what one output is learnt from, with the inputs of the model; None without rows."""
+    learnt = log.span(0, max(int(np.searchsorted(log.time_s, cut_s)), 1))
     inputs = {
         part.name: InputDefinition(part.name, part.plus, part.minus or None)
         for output in model.outputs
@@ -209,6 +208,10 @@ def _identified(records: Records) -> ThermalModel:
     return modal(experiments, input_names=names, options=_BRIEF).model
 
 
+_Model = tuple[Output, FloatArray]
+"""A model, and what it says at the touches. [µm]"""
+
+
 @final
 class _Output:
     """One output with its touches."""
@@ -218,12 +221,11 @@ class _Output:
         log: ThermalLog,
         model: CompensationModel,
         output: Output,
-        cut_s: float,
         asked: RelearnOptions,
         outputs: int,
     ) -> None:
         self._log, self._model, self._output = log, model, output
-        self._asked, self._cut_s, self._outputs = asked, cut_s, outputs
+        self._asked, self._outputs = asked, outputs
         run = simulate_log(replace(model, outputs=(output,)), log, steady=True)
         shown_um = log.column(output.name, unit="um")
         said_um = run.outputs[output.name].displacement_um
@@ -231,25 +233,31 @@ class _Output:
         self._time_s = log.time_s[self._rows]
         self._shown_um = shown_um[self._rows]
         self._left_um = self._shown_um - said_um[self._rows]
-        self._seen = self._time_s < cut_s
+        ends_s = float(log.time_s[-1]) - asked.judged_s * np.linspace(1.0, 0.0, FOLDS + 1)
+        self._cuts_s: list[float] = ends_s[:-1].tolist()
+        self._fold = np.searchsorted(ends_s[:-1], self._time_s, side="right") - 1
         self._runs: dict[tuple[int, float], FloatArray] = {}
 
-    def judged(self, records: Records | None, doubtful: tuple[str, ...]) -> RelearnedOutput:
+    def judged(self, doubtful: tuple[str, ...]) -> RelearnedOutput:
         """Return the better model, or why there is none."""
-        learnt = int(np.count_nonzero(self._seen))
-        touches = learnt, self._seen.size - learnt
-        blocks = np.unique(self._time_s[~self._seen] // BLOCK_S).size
+        seen = self._fold < 0
+        learnt = int(np.count_nonzero(seen))
+        touches = learnt, seen.size - learnt
+        blocks = np.unique(self._time_s[~seen] // BLOCK_S).size
         counts = {"learnt": touches[0], "judged": touches[1]}
-        enough = learnt >= FEWEST_LEARNT and touches[1] >= FEWEST_JUDGED
-        if not enough or blocks < FEWEST_BLOCKS:
+        if min(learnt - FEWEST_LEARNT, touches[1] - FEWEST_JUDGED, blocks - FEWEST_BLOCKS) < 0:
             return self._none(touches, (), Message("relearn-few_touches", counts))
         rules = self._asked.filters.get(self._output.name, TouchFilter())
-        seen = self._seen
         noise = likeliest(self._time_s[seen], self._left_um[seen], rules.noise_um)
         self._filter = innovations_of(self._time_s, *noise)
-        every = list(self._candidates(records))
-        false_rate = self._asked.false_rate / (len(every) * self._outputs)
-        candidates = [c for one in every if (c := self._compared(*one, false_rate)) is not None]
+        newest = dict(self._candidates(self._cuts_s[-1], anew=True))
+        anew = None in newest and self._leaves_less(newest[None][1])
+        folds = [dict(self._candidates(cut_s, anew=anew)) for cut_s in self._cuts_s[:-1]]
+        folds.append(newest)
+        keys = [key for key in newest if all(key in fold for fold in folds)]
+        false_rate = self._asked.false_rate / (max(len(newest), 1) * self._outputs)
+        every = (self._compared(key, [fold[key] for fold in folds], false_rate) for key in keys)
+        candidates = [one for one in every if one is not None]
         better = [one for one in candidates if one.better]
         if not better:
             return self._none(touches, candidates, Message("relearn-no_better", counts))
@@ -257,7 +265,7 @@ class _Output:
         if doubtful:
             why = Message("relearn-sensors_first", {"names": ", ".join(doubtful)})
             return self._none(touches, candidates, why)
-        if (rule := self._condemned(best, records)) is not None:
+        if (rule := self._condemned(best)) is not None:
             return self._none(touches, candidates, Message("relearn-condemned", {"rule": rule}))
         values = {"old_um": best.comparison.old_um, "new_um": best.comparison.new_um, **counts}
         why = Message("relearn-better", values)
@@ -270,17 +278,23 @@ class _Output:
 
     # ---- candidates -----------------------------------------------------------------------------
 
-    def _candidates(
-        self, records: Records | None
-    ) -> Iterator[tuple[Output, FloatArray, float | None]]:
-        """Yield models, what each says at the touches, and the time that it is scaled by. [s]"""
+    def _leaves_less(self, said_um: FloatArray) -> bool:
+        """Whether a model leaves less of the newest stretch: else the others are not asked."""
+        newest = self._fold == FOLDS - 1
+        each = (self._left_um, self._shown_um - said_um)
+        old, new = (float(np.sum(self._filter.of(left)[newest] ** 2)) for left in each)
+        return new < old
+
+    def _candidates(self, cut_s: float, *, anew: bool) -> Iterator[tuple[float | None, _Model]]:
+        """Yield models of the touches before a time, by how long before; None for one anew. [s]"""
         for learnt_s in LEARNT_S:
-            used = self._seen & (self._time_s >= self._cut_s - learnt_s)
+            used = (self._time_s < cut_s) & (self._time_s >= cut_s - learnt_s)
             if int(np.count_nonzero(used)) >= FEWEST_LEARNT:
                 factors = self._scaled(used)
                 parts = zip(self._output.parts, factors, strict=True)
                 output = replace(self._output, parts=tuple(_part(p, *f) for p, f in parts))
-                yield output, self._said_um(factors), learnt_s
+                yield learnt_s, (output, self._said_um(factors))
+        records = _records(self._log, cut_s, self._model, self._output.name) if anew else None
         if records is not None:
             with suppress(DataError, ConfigurationError, np.linalg.LinAlgError):
                 found = {self._output.name: _identified(records)}
@@ -288,7 +302,7 @@ class _Output:
                 (output,) = model.outputs
                 known = {part.name: part for part in self._output.parts}
                 parts = tuple(_widened(p, known.get(p.name, p)) for p in output.parts)
-                yield replace(output, parts=parts), self._run_um(model), None
+                yield None, (replace(output, parts=parts), self._run_um(model))
 
     def _run_um(self, model: CompensationModel) -> FloatArray:
         run = simulate_log(model, self._log, steady=True)
@@ -339,39 +353,46 @@ class _Output:
     # ---- comparison -----------------------------------------------------------------------------
 
     def _compared(
-        self, output: Output, said_um: FloatArray, learnt_s: float | None, false_rate: float
+        self, learnt_s: float | None, models: Sequence[_Model], false_rate: float
     ) -> Candidate | None:
-        new_um, judged = self._shown_um - said_um, ~self._seen
-        old, new = (self._filter.of(left)[judged] for left in (self._left_um, new_um))
-        block = (self._time_s[judged] // BLOCK_S).astype(np.intp)
-        std_um = self._filter.std_um[judged]
-        found = compared(old, new, std_um, block.tolist(), false_rate)
+        """Compare the models of each stretch, by its touches, with the one in force."""
+        judged = self._fold >= 0
+        old, new = self._filter.of(self._left_um), np.zeros_like(self._left_um)
+        free = np.zeros((2, judged.size))
+        for k, (_, said_um) in enumerate(models):
+            left_um, own = self._shown_um - said_um, self._fold == k
+            new[own] = self._filter.of(left_um)[own]
+            for row, each in enumerate((self._left_um, left_um)):
+                free[row, own] = each[own] - np.mean(each[self._fold < k][-3:])
+        block = (self._time_s[judged] // BLOCK_S).astype(np.intp).tolist()
+        found = compared(old[judged], new[judged], self._filter.std_um[judged], block, false_rate)
         if found is None:
             return None
-        free = self._free_run_um(self._left_um), self._free_run_um(new_um)
+        old_um, new_um = np.sqrt(np.mean(free[:, judged] ** 2, axis=1)).tolist()
         better = (
             found.least_share > 0.0
             and found.share > 0.5
             and found.new_um <= (1.0 - self._asked.margin) * found.old_um
-            and free[1] <= FREE_RUN * free[0]
+            and new_um <= FREE_RUN * old_um
         )
-        return Candidate(output, learnt_s, found, free, better)
+        return Candidate(models[-1][0], learnt_s, found, (old_um, new_um), better)
 
-    def _free_run_um(self, left_um: FloatArray) -> float:
-        """Return the root mean square of what is left since the last touches that were seen."""
-        level = float(np.mean(left_um[self._seen][-3:]))
-        return float(np.sqrt(np.mean((left_um[~self._seen] - level) ** 2)))
-
-    def _condemned(self, best: Candidate, records: Records | None) -> str | None:
+    def _condemned(self, best: Candidate) -> str | None:
         """Return what does for the newest touches what the model does, or why it is not fit."""
-        judged = ~self._seen
-        std_um = self._filter.std_um[judged]
+        newest = self._fold == FOLDS - 1
+        records = _records(self._log, self._cuts_s[-1], self._model, self._output.name)
+
+        def left_by(model: CompensationModel) -> float:
+            return innovation_um(self._shown_um - self._run_um(model))
 
         def innovation_um(left_um: FloatArray) -> float:
-            r = np.clip(self._filter.of(left_um)[judged], -CLIPPED, CLIPPED)
-            return float(np.sqrt(np.mean((r * std_um) ** 2)))
+            r = np.clip(self._filter.of(left_um)[newest], -CLIPPED, CLIPPED)
+            return float(np.sqrt(np.mean((r * self._filter.std_um[newest]) ** 2)))
 
-        if best.comparison.new_um >= innovation_um(self._shown_um):
+        if not bool(np.any(newest)):
+            return None
+        new_um = left_by(replace(self._model, outputs=(best.output,)))
+        if new_um >= innovation_um(self._shown_um):
             return "nothing"
         if records is None:
             return None
@@ -382,8 +403,7 @@ class _Output:
                 return verdicts[0]
         for method, times in NOT_FIT.items():
             simple = {self._output.name: simple_model(records, self._output.name, SIMPLE[method])}
-            rule = compensation_model(simple, records)
-            if best.comparison.new_um > times * innovation_um(self._shown_um - self._run_um(rule)):
+            if new_um > times * left_by(compensation_model(simple, records)):
                 return str(method)
         return None
 
