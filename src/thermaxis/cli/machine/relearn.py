@@ -183,8 +183,10 @@ def _output(one: thermal.RelearnedOutput) -> list[Value]:
             "share": c.comparison.share,
             "least_share": c.comparison.least_share,
             "blocks": c.comparison.blocks,
-            "innovation_um": {"in_force": c.comparison.old_um, "candidate": c.comparison.new_um},
-            "free_run_um": {"in_force": c.free_run_um[0], "candidate": c.free_run_um[1]},
+            "innovation_um": c.comparison.new_um,
+            "innovation_in_force_um": c.comparison.old_um,
+            "free_run_um": c.free_run_um[1],
+            "free_run_in_force_um": c.free_run_um[0],
             "better": c.better,
             "proposed": c is one.taken,
         }
@@ -192,7 +194,8 @@ def _output(one: thermal.RelearnedOutput) -> list[Value]:
     ]
     return [
         Value("output", one.name),
-        Value("touches", {"learnt": one.touches[0], "judged": one.touches[1]}),
+        Value("touches_learnt", one.touches[0]),
+        Value("touches_judged", one.touches[1]),
         Value("proposed", one.taken is not None),
         Value("why", text_of(one.why)),
         Value("why_code", message_as_json(one.why)),

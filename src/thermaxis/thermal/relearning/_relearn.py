@@ -52,6 +52,9 @@ GAIN_STD, TIME_STD = 0.2, 0.3
 """Prior standard deviations of the logarithms by which gains and time constants changed. [1]"""
 FOLDS = 2
 """What judges is cut into so many stretches; each judges models of the touches before it. [1]"""
+ANEW = 2.5
+"""The margin is so many times as large for a model identified anew: it differs in everything, and
+from some days is better than another by chance for as many. [1]"""
 FREE_RUN = 1.25
 """The free run of what is proposed leaves no more than so many times what that in force leaves: it
 is judged by few touches and everything that drifts. [1]"""
@@ -78,7 +81,7 @@ class RelearnOptions:
     def __post_init__(self) -> None:
         """Check the numbers."""
         require_range("judged_s", self.judged_s, 3600.0, 100.0 * DAY_S)
-        require_range("margin", self.margin, 0.0, 0.9)
+        require_range("margin", self.margin, 0.0, 0.3)
         require_range("false_rate", self.false_rate, 1e-6, 0.5)
 
 
@@ -368,11 +371,12 @@ class _Output:
         found = compared(old[judged], new[judged], self._filter.std_um[judged], block, false_rate)
         if found is None:
             return None
+        margin = self._asked.margin * (ANEW if learnt_s is None else 1.0)
         old_um, new_um = np.sqrt(np.mean(free[:, judged] ** 2, axis=1)).tolist()
         better = (
             found.least_share > 0.0
             and found.share > 0.5
-            and found.new_um <= (1.0 - self._asked.margin) * found.old_um
+            and found.new_um <= (1.0 - margin) * found.old_um
             and new_um <= FREE_RUN * old_um
         )
         return Candidate(models[-1][0], learnt_s, found, (old_um, new_um), better)
