@@ -6,13 +6,21 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import pytest
+
 from tests.unit.screen.stand import Somebody, copied_lathe, lathe
 from thermaxis.compensation import Limits, TouchRules
 from thermaxis.messages import sentence
 from thermaxis.runtime import Role
 from thermaxis.runtime.status import ASKS
 from thermaxis.screen.pages import operator_page as _operator_page
-from thermaxis.screen.pages.operator_page import EXPIRIES_S, expiries_of, facts_of, gains_of
+from thermaxis.screen.pages.operator_page import (
+    EXPIRIES_S,
+    ages_of,
+    expiries_of,
+    facts_of,
+    gains_of,
+)
 from thermaxis.web import asset_folder
 
 FOLDER = Path(_operator_page.__file__).parents[1]
@@ -52,6 +60,17 @@ def test_a_touch_can_be_typed_where_touches_are_looked_at(tmp_path: Path) -> Non
     assert facts_in(page)["touched"] == {
         "Z_um": {"acts": True, "largest_um": 20.0, "largest_rate_um_per_s": 0.05}
     }
+
+
+@pytest.mark.parametrize(
+    ("cycle_s", "oldest_s", "most_s"), [(0.2, 0.0, 0.0), (1.0, 0.0, 60.0), (0.2, 1000.0, 900.0)]
+)
+def test_no_touch_is_typed_that_is_older_than_the_loop_remembers(
+    cycle_s: float, oldest_s: float, most_s: float
+) -> None:
+    rules = TouchRules(limits=Limits(20.0, 0.05), oldest_s=oldest_s)
+    given = replace(lathe().compensation, cycle_s=cycle_s, touches={"Z_um": rules})
+    assert ages_of(given)[-1] == most_s
 
 
 def test_the_gains_are_those_of_the_models_file() -> None:

@@ -14,7 +14,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from thermaxis.codes import Message, values_as_json
-from thermaxis.compensation import CompensationModel
+from thermaxis.compensation import MOST_EXPECTED, Compensation, CompensationModel
 from thermaxis.messages import LANGUAGES, as_sentence, sentence_of
 from thermaxis.runtime import MachineConfiguration, Role
 from thermaxis.screen.access import ScreenParts, needs, parts_of, question_of, render, visitor_of
@@ -24,6 +24,8 @@ from thermaxis.web import answer_json, for_script, object_of, refuse
 
 EXPIRIES_S: Final = (1800.0, 3600.0, 14_400.0, 28_800.0)
 """Times after which a trim may expire, to choose from: half an hour to a shift. [s]"""
+AGES_S: Final = (0.0, 30.0, 60.0, 300.0, 900.0)
+"""Times since a touch that is typed, to choose from. [s]"""
 SAFE_WITHOUT_DATA: Final = "Disable"
 """What may be asked also while the screen has no data: it is the safe direction."""
 HELPED: Final = timedelta(hours=8)
@@ -64,6 +66,13 @@ def expiries_of(longest_s: float) -> tuple[float, ...]:
     return tuple(s for s in EXPIRIES_S if s <= longest_s) or (longest_s,)
 
 
+def ages_of(compensation: Compensation) -> tuple[float, ...]:
+    """Return the times since a touch of which the loop still knows what was in force."""
+    known_s = [own.oldest_s for own in compensation.touches.values()]
+    most_s = max(*known_s, MOST_EXPECTED * compensation.cycle_s) if known_s else 0.0
+    return tuple(s for s in AGES_S if s < most_s)
+
+
 def gains_of(model: CompensationModel) -> dict[str, dict[str, object]]:
     """Return the gains by diameter of a model's parts."""
     return {
@@ -90,6 +99,7 @@ async def _page(request: Request) -> Response:
         facts=for_script(facts_of(configuration)),
         outputs=tuple(configuration.outputs),
         touched=tuple(configuration.compensation.touches),
+        ages_s=ages_of(configuration.compensation),
         expiries_s=expiries_of(configuration.compensation.supervisor.longest_trim_s),
         diameters=[p.diameter_mm for part in every for p in part.gain_by_diameter],
         diameter_read=configuration.diameter is not None,
