@@ -91,9 +91,9 @@ def begun_anew() -> Stated:
     plan += [{"init": True, "count_z_um": 40, "enable": False}, *QUIET, *settled]
     plan += [touch(1.0, cycle_time_s=2000.0), touch(1.0), *QUIET * 40, touch(1.0, 30.0)]
     for lost in (
-        {"cycle_time_s": 3.0}, {"datum": True}, {"touches_act": False}, {"connected": False},
-        {"other_compensation": True}, {"read_z_um": 900.0}, {"read_z_um": -900.0},
-        {"read_ok": False}, {"ok_spindle": False},
+        {"cycle_time_s": 3.0}, {"cycle_time_s": 100.0}, {"datum": True}, {"touches_act": False},
+        {"connected": False}, {"other_compensation": True}, {"read_z_um": 900.0},
+        {"read_z_um": -900.0}, {"read_ok": False}, {"ok_spindle": False},
     ):  # fmt: skip
         plan += [*settled, touch(2.0, **lost), lost, touch(2.0), *QUIET * 3, touch(2.0, 5.0)]
         plan += [{"reset": True, "enable": False}, *QUIET * 8, touch(2.0), *QUIET * 2]
@@ -163,6 +163,15 @@ def test_random_models_with_touches_say_what_the_cycle_says(double: bool, tmp_pa
     tasks = [Task(seed, 10.0, double, 2.0, touched=True) for seed in seeds]
     for found in compared_together(tasks, tmp_path):
         assert set(found.differences.values()) <= {""}, (found.task, found.differences)
+
+
+def test_a_touch_is_not_believed_while_the_model_makes_up_for_a_late_call() -> None:
+    hot = {"t_spindle": 21.5}
+    plan = [*QUIET * 70, hot | {"cycle_time_s": 200.0}, *[hot] * 5, touch(0.0) | hot, *[hot] * 40]
+    settings, rows, values = stated(touched_settings(), [*plan, touch(0.0) | hot, hot])
+    said = side_by_side(settings, rows, values)
+    outcomes = [outcome for output in said for outcome in output.touch_outcomes]
+    assert outcomes == [TouchOutcome.UNTIMELY, TouchOutcome.BELIEVED]
 
 
 def offsets_um(said: Iterable[CycleOutput]) -> list[float]:

@@ -240,6 +240,8 @@ class CycleBlock:
         )
         self._calls += 1
         self._state, output = cycle(compensation, self._state, reading)
+        if self._behind_s >= settings.cycle_s:  # a touch would show what the model still lacks
+            self._state = self._state._replace(expected=())
         outcomes = zip(reading.touches, output.touch_outcomes, strict=True)
         self._touched |= {touch.output: 1 + _PLACES[id(outcome)] for touch, outcome in outcomes}
         if cycle_time_s > longest_s and not gap:  # to the cycle no time has passed
