@@ -287,7 +287,7 @@ def write_fleet(folder: Path, found: dict[str, set[str]]) -> None:
     (folder / "fleet").mkdir()
     shipped(folder, folder / "fleet", "A", Truth())
     model, registry = str(folder / "a.json"), str(folder / "registry.db")
-    write_model(model_of(), model)
+    write_model(model_of(20.0), model)
     assert main(["fleet", "init", registry, str(folder / "fleet")]) == 0
     assert main(["fleet", "add", registry, "A", model]) == 0
     json_words = ["--json", str(folder / "fleet.json")]

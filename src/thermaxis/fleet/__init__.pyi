@@ -24,5 +24,6 @@ from ._registry import (
     Registry as Registry,
     StoredModel as StoredModel,
     StoredNight as StoredNight,
+    StoredProposal as StoredProposal,
 )
 from ._shipping import Shipment as Shipment, ship as ship

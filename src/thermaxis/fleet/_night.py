@@ -9,9 +9,11 @@ from typing import Final, final
 import numpy as np
 import polars as pl
 
-from thermaxis.codes import Message, message_as_json, remark
-from thermaxis.compensation import CompensationModel
+from thermaxis import __version__
+from thermaxis.codes import Message, Place, message_as_json, remark
+from thermaxis.compensation import CompensationModel, Provenance, TrainingLog
 from thermaxis.errors import DataError
+from thermaxis.files import model_sha256
 from thermaxis.runtime import probe_name
 from thermaxis.runtime.history import MINUTE, input_column, output_column
 from thermaxis.thermal import (
@@ -20,6 +22,7 @@ from thermaxis.thermal import (
     TouchPlan,
     VerifiedOutput,
     check_log,
+    relearn,
     verify,
     without_faults,
 )
@@ -93,6 +96,10 @@ class NightResult:
     """Every output that was measured on the day, None where the model was not verified."""
     remarks: tuple[Message, ...] = ()
     """What the reader must know."""
+    relearned: tuple[Message, ...] = ()
+    """Why another model is proposed, or none; their place is the output."""
+    proposal: CompensationModel | None = None
+    """The model that is proposed in place of the one in force; None where it stays."""
 
 
 def night_as_json(result: NightResult) -> dict[str, object]:
@@ -103,19 +110,20 @@ def night_as_json(result: NightResult) -> dict[str, object]:
         "sensor_codes": [message_as_json(one) for one in result.sensors],
         "outputs": {name: asdict(one) for name, one in (result.outputs or {}).items()},
         "remark_codes": [message_as_json(one) for one in result.remarks],
+        "relearn_codes": [message_as_json(one) for one in result.relearned],
+        "proposal_sha256": None if result.proposal is None else model_sha256(result.proposal),
     }
 
 
 def night(
     machine: str,
     model: CompensationModel,
-    model_sha256: str,
     minutes: Sequence[pl.DataFrame],
     day: date,
     *,
     channels: Mapping[str, str] | None = None,
 ) -> NightResult | None:
-    """Judge the sensors of a machine, and its model by what was measured on a day.
+    """Judge the sensors of a machine, its model by what was measured on a day, and propose another.
 
     The thermal displacement is what the probe shows less the correction in force. The model runs
     free from the first of the days on; only the last one counts.
@@ -126,8 +134,6 @@ def night(
         Its name.
     model : CompensationModel
         The model in force.
-    model_sha256 : str
-        Its hash.
     minutes : sequence of polars.DataFrame
         Minutes of a history in the order of recording: those of the day and of days before it.
     day : date
@@ -151,7 +157,7 @@ def night(
     judged = NightResult(
         machine=machine,
         day=day,
-        model_sha256=model_sha256,
+        model_sha256=model_sha256(model),
         outcome=NightOutcome.UNVERIFIED,
         minutes=day_rows,
         sensors=tuple(one.message for one in found if one.serious),
@@ -161,11 +167,27 @@ def night(
     log = without_faults(log)
     try:
         outputs = {name: _output(model, log, name, day_rows) for name in measured}
+        if not outputs:
+            return replace(judged, remarks=(*remarks, remark("nothing_measured")))
+        judged = replace(judged, outcome=NightOutcome.VERIFIED, outputs=outputs)
+        return _relearned(judged, model, log)
     except DataError as error:
         return replace(judged, remarks=(*remarks, error.message))
-    if not outputs:
-        return replace(judged, remarks=(*remarks, remark("nothing_measured")))
-    return replace(judged, outcome=NightOutcome.VERIFIED, outputs=outputs)
+
+
+def _relearned(judged: NightResult, model: CompensationModel, log: ThermalLog) -> NightResult:
+    """Learn from the days before, and propose what the touches of the day show to be better."""
+    found = relearn(log, model)
+    why = tuple(replace(o.why, place=Place(channel=o.name)) for o in found.outputs)
+    if found.model is None:
+        return replace(judged, relearned=why)
+    origin = Provenance(
+        method=f"relearnt from {judged.model_sha256}",
+        program=f"thermaxis {__version__}",
+        date=judged.day.isoformat(),
+        logs=(*model.provenance.logs, TrainingLog(judged.machine[-200:], "", log.rows)),
+    )
+    return replace(judged, relearned=why, proposal=replace(found.model, provenance=origin))
 
 
 def _joined(minutes: Sequence[pl.DataFrame]) -> tuple[pl.DataFrame, list[Message]]:

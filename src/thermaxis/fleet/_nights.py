@@ -45,7 +45,6 @@ def work(job: NightJob) -> NightResult | None:
     return night(
         machine.name,
         parse_model(machine.model, name=machine.name),
-        machine.model_sha256,
         Lake(job.lake).minutes(machine.name, job.day, job.days_back),
         job.day,
         channels=machine.channels,

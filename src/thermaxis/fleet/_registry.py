@@ -5,6 +5,8 @@
 ``machines``  name, kind, sensor map, and the model in force
 ``models``    every model that was ever in force, with its parent and why; none is changed
 ``nights``    what a night has found; once for machine, day, model and version of the program
+``proposals`` models that nights have proposed, once for machine, parent and model
+``decisions`` who has accepted or rejected one, when and why; the first decision stands
 ============  =====================================================================================
 
 Unique keys decide between programs that write at once: the first one is kept.
@@ -14,7 +16,7 @@ import json
 import sqlite3
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
 from typing import Any, Final, Self, final
 
@@ -25,10 +27,11 @@ from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 from thermaxis import __version__
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.files import format_model, model_sha256
 from thermaxis.fleet._night import NightResult, night_as_json
 from thermaxis.runtime.history import check_url, printable_cause, writing_engine
 
-VERSION: Final = 1
+VERSION: Final = 2
 """Version of the tables that this program writes."""
 _ALTERATIONS: Final[Mapping[int, Sequence[str]]] = {}
 """What makes tables of the version before those of a version, beside new tables."""
@@ -77,6 +80,28 @@ _nights = sa.Table(
     sa.Column("result", sa.Text, nullable=False),
     sa.Column("added_utc", _MOMENT, nullable=False),
     sa.UniqueConstraint("machine_id", "day", "model_sha256", "version"),
+)
+_proposals = sa.Table(
+    "proposals",
+    metadata,
+    sa.Column("id", _ID, primary_key=True),
+    sa.Column("machine_id", _ID, sa.ForeignKey("machines.id"), nullable=False),
+    sa.Column("parent_sha256", sa.Text, nullable=False),
+    sa.Column("sha256", sa.Text, nullable=False),
+    sa.Column("day", sa.Date, nullable=False),
+    sa.Column("content", sa.Text, nullable=False),
+    sa.Column("added_utc", _MOMENT, nullable=False),
+    sa.UniqueConstraint("machine_id", "parent_sha256", "sha256"),
+)
+_decisions = sa.Table(
+    "decisions",
+    metadata,
+    sa.Column("id", _ID, primary_key=True),
+    sa.Column("proposal_id", _ID, sa.ForeignKey("proposals.id"), nullable=False, unique=True),
+    sa.Column("accepted", sa.Boolean, nullable=False),
+    sa.Column("who", sa.Text, nullable=False),
+    sa.Column("why", sa.Text, nullable=False),
+    sa.Column("added_utc", _MOMENT, nullable=False),
 )
 
 
@@ -129,6 +154,27 @@ class StoredNight:
     """Version of the program."""
     result: Mapping[str, object]
     """What it has found, as JSON."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class StoredProposal:
+    """A model that a night has proposed, and what became of it."""
+
+    sha256: str
+    """Its hash."""
+    parent_sha256: str
+    """Hash of the model that it is to replace."""
+    day: date
+    """Day of the night."""
+    content: str
+    """The model, as the text of its file."""
+    accepted: bool | None
+    """What a person has decided; None while nobody has."""
+    who: str | None
+    """Who."""
+    why: str | None
+    """Why."""
 
 
 @final
@@ -301,6 +347,20 @@ class Registry:
         c = _machines.c
         with self._asked() as connection:
             found = sa.select(c.id, c.name).where(c.name.in_(list(by_name)))
+            ids = connection.execute(found).all()
+            proposed = [
+                {
+                    "machine_id": row.id,
+                    "parent_sha256": (result := by_name[row.name]).model_sha256,
+                    "sha256": model_sha256(model),
+                    "day": result.day,
+                    "content": format_model(model),
+                    "added_utc": now,
+                }
+                for row in ids
+                if (model := by_name[row.name].proposal) is not None
+            ]
+            _inserted(connection, _proposals, proposed)
             rows = [
                 {
                     "machine_id": row.id,
@@ -311,7 +371,7 @@ class Registry:
                     "result": json.dumps(night_as_json(result), allow_nan=False),
                     "added_utc": now,
                 }
-                for row in connection.execute(found).all()
+                for row in ids
             ]
             return _inserted(connection, _nights, rows)
 
@@ -333,6 +393,47 @@ class Registry:
         """Return the newest day that has a night, None without any."""
         with self._asked() as connection:
             return connection.execute(sa.select(sa.func.max(_nights.c.day))).scalar_one()
+
+    # ---- proposals ------------------------------------------------------------------------------
+
+    def proposals(self, machine: str) -> list[StoredProposal]:
+        """Return what was proposed for a machine, the first one first."""
+        with self._asked() as connection:
+            rows: Sequence[Any] = connection.execute(_of_machine(machine)).all()
+        return [StoredProposal(*row[1:]) for row in rows]
+
+    def decide(self, machine: str, *, accepted: bool, who: str, why: str) -> StoredProposal:
+        """Accept or reject the newest proposal for the model that a machine has in force.
+
+        Nothing changes on a machine, nor what is in force here: that is what the machine has.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is none, or it was decided on already.
+        """
+        (known,) = self.machines([machine])
+        decision = {"accepted": accepted, "who": who, "why": why, "added_utc": datetime.now(UTC)}
+        with self._asked() as connection:
+            rows: Sequence[Any] = connection.execute(_of_machine(machine)).all()
+            found = [row for row in rows if row.parent_sha256 == known.model_sha256]
+            if not found:
+                raise ConfigurationError("no_proposal", name=machine, place=self._place)
+            row = {"proposal_id": found[-1].id, **decision}
+            if not _inserted(connection, _decisions, [row]):
+                raise ConfigurationError("proposal_decided", name=machine, place=self._place)
+        return replace(StoredProposal(*found[-1][1:]), accepted=accepted, who=who, why=why)
+
+
+def _of_machine(name: str) -> Any:
+    c, d = _proposals.c, _decisions.c
+    return (
+        sa.select(c.id, c.sha256, c.parent_sha256, c.day, c.content, d.accepted, d.who, d.why)
+        .join(_machines, _machines.c.id == c.machine_id)
+        .outerjoin(_decisions, d.proposal_id == c.id)
+        .where(_machines.c.name == name)
+        .order_by(c.id)
+    )
 
 
 def _checked(url: str, *, made: bool) -> Place:

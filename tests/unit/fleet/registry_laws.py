@@ -1,14 +1,16 @@
 """What every database of a registry must hold; SQLite and PostgreSQL are both asked."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import timedelta
 from threading import Barrier, Thread
 
 import pytest
 
-from tests.unit.fleet.fleet_machines import GAIN, LAST, machine_of
+from tests.unit.fleet.fleet_machines import GAIN, LAST, machine_of, model_of
 from thermaxis import __version__
 from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.files import parse_model
 from thermaxis.fleet import FleetMachine, NightOutcome, NightResult, Registry
 
 Made = Callable[[], Registry]
@@ -95,6 +97,48 @@ class RegistryLaws:
             nights = registry.nights(LAST)
         assert (len(stored), sum(stored), len(nights)) == (40, 20, 20)
         assert {one.result["minutes"] for one in nights} <= {1, 2}
+
+    def test_a_proposal_is_stored_once_and_the_first_decision_stands(self, made: Made) -> None:
+        machine, better = machine_of("A"), model_of(1.1 * GAIN)
+        with made() as registry:
+            registry.add(machine, "first")
+            with pytest.raises(ConfigurationError, match="Nothing is proposed"):
+                registry.decide("A", accepted=True, who="Anna", why="w")
+            for days in (0, 1):
+                result = replace(result_of(machine), proposal=better)
+                registry.record([replace(result, day=LAST + timedelta(days=days))])
+            (proposal,) = registry.proposals("A")
+            assert proposal.accepted is None
+            assert parse_model(proposal.content, name="A") == better
+            assert proposal.parent_sha256 == machine.model_sha256
+            decided = registry.decide("A", accepted=False, who="Anna", why="worn")
+            assert registry.proposals("A") == [decided]
+            assert (decided.accepted, decided.who, decided.why) == (False, "Anna", "worn")
+            with pytest.raises(ConfigurationError, match="decided on already"):
+                registry.decide("A", accepted=True, who="Jan", why="w")
+            assert registry.machines() == [machine]
+            registry.add(machine_of("A", 1.2 * GAIN), "another one")
+            with pytest.raises(ConfigurationError, match="Nothing is proposed"):
+                registry.decide("A", accepted=True, who="Jan", why="w")
+
+    def test_a_registry_of_the_version_before_is_brought_to_this_one(
+        self, made: Made, url: str, password: str
+    ) -> None:
+        with made() as registry:
+            registry.add(machine_of("A"), "first")
+            registry.record([result_of(machine_of("A"))])
+            with registry._asked() as connection:
+                for statement in (
+                    "DROP TABLE decisions",
+                    "DROP TABLE proposals",
+                    "UPDATE registry SET value = '1' WHERE name = 'version'",
+                ):
+                    connection.exec_driver_sql(statement)
+        with pytest.raises(ConfigurationError, match="fleet init"):
+            made()
+        with Registry.make(url, "lake", password) as registry:
+            assert registry.proposals("A") == []
+            assert len(registry.nights(LAST)) == 1
 
     def test_a_registry_is_made_once_and_another_version_is_refused(
         self, made: Made, url: str, password: str

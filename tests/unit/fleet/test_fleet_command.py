@@ -1,29 +1,40 @@
 """``thermaxis fleet`` from the first machine to its nights."""
 
 import json
+import shutil
 from datetime import UTC, datetime
 
 import pytest
 
 from tests.unit.fleet.fleet_machines import GAIN, LAST, Truth, model_of, shipped
 from thermaxis.cli import main
-from thermaxis.files import write_model
+from thermaxis.files import model_sha256, read_model, write_model
+
+TRUTHS = {"good": Truth(), "frozen": Truth(2, frozen=True), "wrong": Truth(1)}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Return a folder with a registry of four machines, of which one has not shipped."""
+    folder = tmp_path_factory.mktemp("fleet")
+    (folder / "lake").mkdir()
+    write_model(model_of(), folder / "model.json")
+    write_model(model_of(1.5 * GAIN), folder / "wrong.json")
+    registry = str(folder / "registry.db")
+    assert main(["fleet", "init", registry, str(folder / "lake")]) == 0
+    for name in (*TRUTHS, "away"):
+        model = str(folder / ("wrong.json" if name == "wrong" else "model.json"))
+        assert main(["fleet", "add", registry, name, model, "--kind", "mill"]) == 0
+        if name in TRUTHS:
+            shipped(folder / "machines", folder / "lake", name, TRUTHS[name])
+    return folder
 
 
 @pytest.fixture
-def fleet(tmp_path, monkeypatch):
-    """Return a folder with a registry of four machines, of which one has not shipped."""
+def fleet(made, tmp_path, monkeypatch):
+    for name in ("registry.db", "model.json"):
+        shutil.copy(made / name, tmp_path)
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "lake").mkdir()
-    truths = {"good": Truth(), "frozen": Truth(2, frozen=True), "wrong": Truth(1)}
-    for name, truth in truths.items():
-        shipped(tmp_path / "machines", tmp_path / "lake", name, truth)
-    write_model(model_of(), tmp_path / "model.json")
-    write_model(model_of(1.5 * GAIN), tmp_path / "wrong.json")
-    assert main(["fleet", "init", "registry.db", "lake"]) == 0
-    for name in (*truths, "away"):
-        model = "wrong.json" if name == "wrong" else "model.json"
-        assert main(["fleet", "add", "registry.db", name, model, "--kind", "mill"]) == 0
     return tmp_path
 
 
@@ -62,6 +73,25 @@ def test_a_machine_is_shown_with_its_models_and_nights(fleet, capsys):
     assert [one["model_sha256"] for one in shown["nights"]] == [shown["model_sha256"]]
     assert main(["fleet", "machine", "registry.db", "wrong"]) == 0
     assert "mended" in capsys.readouterr().out
+
+
+def test_a_person_accepts_a_proposal_and_has_its_model_to_choose_at_the_machine(fleet, capsys):
+    night = ["night", "registry.db", "--day", LAST.isoformat(), "--machine", "wrong"]
+    assert main(["fleet", *night]) == 0
+    (night_shown,) = answer(capsys, "show", "registry.db")["nights"]
+    decide = ["fleet", "accept", "registry.db", "wrong", "--who", "Anna", "--why", "cold days"]
+    assert main([*decide, "-o", "model.json"]) == 2  # nothing is written over
+    assert main([*decide, "-o", "better.json"]) == 0
+    better = read_model("better.json")
+    assert model_sha256(better) == night_shown["proposal_sha256"]
+    shown = answer(capsys, "machine", "registry.db", "wrong")
+    (proposal,) = shown["proposals"]
+    assert (proposal["accepted"], proposal["who"]) == (True, "Anna")
+    assert shown["model_sha256"] == night_shown["model_sha256"]  # the machine has it not yet
+    assert main(["fleet", "reject", *decide[2:]]) == 2
+    assert "decided on already" in capsys.readouterr().err
+    assert main(["fleet", "machine", "registry.db", "wrong"]) == 0
+    assert "accepted" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

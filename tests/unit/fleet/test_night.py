@@ -29,7 +29,7 @@ def days_of(truth: Truth) -> list[pl.DataFrame]:
 
 
 def found(minutes: list[pl.DataFrame], gain: float = GAIN, **channels: str) -> NightResult:
-    result = night("A", model_of(gain), "0" * 64, minutes, LAST, channels=channels)
+    result = night("A", model_of(gain), minutes, LAST, channels=channels)
     assert result is not None
     return result
 
@@ -59,8 +59,8 @@ def test_what_was_corrected_says_nothing_of_the_model(days, corrected):
 def test_only_the_last_day_counts_and_the_days_before_it_warm_the_model(days):
     later = (LAST + timedelta(days=1)).isoformat()
     assert found(days).minutes == MINUTES
-    assert night("A", model_of(), "", days, LAST + timedelta(days=1)) is None, later
-    assert night("A", model_of(), "", [], LAST) is None
+    assert night("A", model_of(), days, LAST + timedelta(days=1)) is None, later
+    assert night("A", model_of(), [], LAST) is None
     alone = found(days[-1:])
     assert alone.outputs["Z_um"].touches == MINUTES // 30
 
@@ -115,3 +115,17 @@ def test_machines_that_were_off_for_hours_are_verified_as_well(days):
 def test_a_result_is_json(days):
     text = json.dumps(night_as_json(found(days)), allow_nan=False)
     assert json.loads(text)["outputs"]["Z_um"]["rows"] == MINUTES // 30
+
+
+def test_where_the_day_shows_a_better_model_it_is_proposed_with_its_origin_and_else_none(days):
+    right, wrong = found(days), found(days, 1.3 * GAIN)
+    assert right.proposal is None
+    assert [one.place.channel for one in right.relearned] == ["Z_um"]
+    assert wrong.proposal is not None
+    assert wrong.model_sha256 in wrong.proposal.provenance.method
+    (part,) = wrong.proposal.outputs[0].parts
+    assert part.dc_gain_um_per_k == pytest.approx(GAIN, rel=0.05)
+    again = night("A", wrong.proposal, days, LAST)
+    assert again is not None
+    assert again.proposal is None
+    assert again.outputs["Z_um"].rmse_um < 0.3 * wrong.outputs["Z_um"].rmse_um

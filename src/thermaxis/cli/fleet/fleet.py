@@ -16,9 +16,9 @@ from thermaxis.cli._arguments import add_json, adder, count, day, refuse_both
 from thermaxis.cli._database import add_password_file, database_of
 from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
-from thermaxis.codes import Place
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
-from thermaxis.files import format_model, model_sha256, read_model
+from thermaxis.files import format_model, model_sha256, parse_model, read_model, write_model
 from thermaxis.messages import text_of
 from thermaxis.report.tables import Part, Table, Value, values_of
 
@@ -75,6 +75,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     one = action("machine", "show a machine: its models and its nights")
     adder(one)("machine MACHINE", "its name")
     add_json(one)
+    for name, text in (
+        ("accept", "accept the newest proposal, and write its model for the machine"),
+        ("reject", "reject the newest proposal"),
+    ):
+        decided = action(name, text)
+        add = adder(decided)
+        add("machine MACHINE", "its name")
+        add("--who PERSON", "who decides", required=True)
+        add("--why TEXT", "why", required=True)
+        if name == "accept":
+            add("-o, --output MODEL", "file of the model, a new one", Path, required=True)
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -96,6 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
         sys.stdout.write(f"The registry is made; its lake is {lake}.\n")
         return 0
     actions = {"add": _add, "night": _night, "show": _show, "machine": _machine}
+    actions |= {"accept": _decide, "reject": _decide}
     with fleet.Registry(*address) as registry:
         return actions[arguments.action](arguments, registry)
 
@@ -164,7 +176,7 @@ def _show(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     when = None if asked is None else asked.isoformat()
     parts: list[Part] = [
         Value("day", when),
-        Table(f"Nights of {when or 'no day yet'}, the worst first", rows, key="nights", words=3),
+        Table(f"Nights of {when or 'no day yet'}, the worst first", rows, key="nights", words=4),
     ]
     show(parts, arguments.json)
     return 0
@@ -184,18 +196,47 @@ def _machine(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
         ]
         for model in registry.models(machine.name)
     ]
+    proposals = [
+        [
+            *values_of(one, "sha256", "parent_sha256", "accepted", "who", "why"),
+            Value("day", one.day.isoformat(), "night of"),
+            Value("", one.sha256[:12], "model"),
+            Value("", {None: "open", True: "accepted", False: "rejected"}[one.accepted], "state"),
+            Value("", one.who, "by"),
+        ]
+        for one in registry.proposals(machine.name)
+    ]
     parts: list[Part] = [
         *values_of(machine, "name", "kind", "model_sha256"),
         Value("channels", dict(machine.channels)),
         Table(f"{machine.name} ({machine.kind}): models", models, key="models", words=3),
+        Table("Proposals", proposals, key="proposals", words=4),
         Table(
             "Nights",
             [_row(night, night.day.isoformat()) for night in nights],
             key="nights",
-            words=3,
+            words=4,
         ),
     ]
     show(parts, arguments.json)
+    return 0
+
+
+def _decide(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    """Store what a person decides; an accepted model is written first, so that it is there."""
+    accepted, name = arguments.action == "accept", arguments.machine
+    if accepted and arguments.output.exists():
+        raise ConfigurationError("file_exists", place=Place(str(arguments.output)))
+    found = registry.decide(name, accepted=accepted, who=arguments.who, why=arguments.why)
+    if not accepted:
+        sys.stdout.write(f"The proposal {found.sha256[:12]} for {name} is rejected.\n")
+        return 0
+    write_model(parse_model(found.content, name=name), arguments.output)
+    sys.stdout.write(
+        f"written: {printable(str(arguments.output))}, {found.sha256}\nNothing is changed on the"
+        f" machine: put it into its folder of models and choose it there; then thermaxis fleet add"
+        " tells the registry.\n"
+    )
     return 0
 
 
@@ -225,6 +266,7 @@ def _row(night: fleet.StoredNight, first: str) -> list[Value]:
         Value("", first, "night of"),
         Value("", str(result["outcome"]), "outcome"),
         Value("", ", ".join(str(one["place"]["channel"]) for one in sensors) or "–", "sensors"),
+        Value("", "yes" if result["proposal_sha256"] else "–", "proposal"),
         Value("", worst.get("touches"), "touches"),
         Value("", worst.get("rmse_um"), "left um", ".2f"),
         Value("", worst.get("mean_um"), "mean um", "+.2f"),
