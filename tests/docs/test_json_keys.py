@@ -13,7 +13,7 @@ from shutil import copytree
 import numpy as np
 import pytest
 
-from tests.unit.fleet.fleet_machines import LAST, Truth, model_of, shipped
+from tests.unit.fleet.fleet_machines import GAIN, LAST, Truth, model_of, shipped
 from thermaxis.cli import main
 from thermaxis.cli.machine.commission import _record
 from thermaxis.cli.machine.relearn import _described
@@ -287,7 +287,7 @@ def write_fleet(folder: Path, found: dict[str, set[str]]) -> None:
     (folder / "fleet").mkdir()
     shipped(folder, folder / "fleet", "A", Truth())
     model, registry = str(folder / "a.json"), str(folder / "registry.db")
-    write_model(model_of(20.0), model)
+    write_model(model_of(1.3 * GAIN), model)
     assert main(["fleet", "init", registry, str(folder / "fleet")]) == 0
     assert main(["fleet", "add", registry, "A", model]) == 0
     json_words = ["--json", str(folder / "fleet.json")]
