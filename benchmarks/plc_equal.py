@@ -57,12 +57,13 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=FIRST_SEED, help="seed of the first model")
     parser.add_argument("--hours", type=float, default=8.0)
     parser.add_argument("--mutants", type=int, default=0)
+    parser.add_argument("--library", default=LIBRARY, help="whose mutants they are")
     arguments = parser.parse_args()
     sizes()
     wrong: list[str] = []
     with tempfile.TemporaryDirectory() as folder:
         for double in (True, False):
-            tasks = [Task(arguments.first + k, 10.0, double, arguments.hours)
+            tasks = [Task(arguments.first + k, 10.0, double, arguments.hours, touched=k % 4 == 3)
                      for k in range(arguments.models)]  # fmt: skip
             calls, away_um = 0, 0.0
             for k in range(0, len(tasks), TOGETHER):
@@ -76,9 +77,10 @@ def main() -> int:
             print(
                 f"{kind}: {len(tasks)} models, {calls} calls, at most {away_um:.1e} um from cycle"
             )
-        chosen = every_mutant()[: arguments.mutants]
-        missed = unnoticed(chosen, Path(folder, "mutants"))
-        print(f"mutants of the library: {len(chosen) - len(missed)} of {len(chosen)} noticed")
+        library = arguments.library
+        chosen = every_mutant(library)[: arguments.mutants]
+        missed = unnoticed(chosen, Path(folder, "mutants"), library)
+        print(f"mutants of {library}: {len(chosen) - len(missed)} of {len(chosen)} noticed")
     print("\n".join([*wrong, *missed]))
     return 1 if wrong else 0
 

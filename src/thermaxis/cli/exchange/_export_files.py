@@ -51,8 +51,11 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     if condemned and not arguments.condemned:
         raise ConfigurationError("condemned", outputs=condemned)
     line = _line_of(arguments, exported) if exported.positions_mm else None
+    compensation = exported.compensation
+    if arguments.model_only:
+        compensation = replace(compensation, touches={})
     settings = plc.export_settings(
-        exported.compensation,
+        compensation,
         cycle_s=arguments.cycle_s,
         name=_name_of(arguments, exported, line),
         double=double,

@@ -93,7 +93,6 @@ static void forget_all(tx_touch *touch)
 {
     touch->belief = (tx_belief){.known = false};
     touch->waits = (tx_belief){.known = false};
-    touch->excluded = 0;
     touch->evidence = zero;
 }
 
