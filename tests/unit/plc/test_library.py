@@ -419,6 +419,8 @@ NOT_NOTICED = {
     "ready_s > recovery_delay_s THEN | > -> >=": "the same",
     "IF fault > 0 THEN | 0 -> 1": "every fault is larger",
     "unseen_k := 1.0E+06; |": "every temperature is allowed long before",
+    "IF excluded < 3 THEN | 3 -> 4": "three in a row are enough",
+    "IF since_s > 0.0 THEN | > -> >=": "nothing grows in no time",
     "elapsed_s := 1.0E+09; |": "every time counts as over long before",
     "elapsed_s > 1.0E+09 THEN | > -> >=": "the same",
     "late := (cycle_time_s > longest_s) AND right; | > -> >=": "a call that is just in time passes",

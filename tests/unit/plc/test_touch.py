@@ -105,9 +105,12 @@ def without_effect(**changes: Any) -> Stated:
     """A probe that shows the correction with the other sign, until that is acknowledged."""
     settings = touched_settings(replace(RULES, start_um=4.0, **changes))
     plan = [*QUIET * 70, touch(2.0)]
-    for turn in range(12):
+    for turn in range(20):
         trim = {"trim_z_um": 4.0 * (-1) ** turn}
         plan += [touch(2.0, sign=-1.0, **trim), *[trim] * 24]
+        if turn == 7:  # what is right between says the contrary, no more than one touch may say
+            back = {"trim_z_um": 4.0}
+            plan += [touch(-6.0, **trim), back, touch(-6.0, **back), *[trim] * 20]
     plan += [touch(1.0), {"reset": True}, *QUIET * 3, touch(1.0), *QUIET * 40]
     for turn in range(6):  # and one that sees no correction
         trim = {"trim_z_um": 5.0 * (-1) ** turn}
