@@ -45,7 +45,7 @@ demo: setup
 	@echo "The certificate is demo/certificate.pdf; the same as a page: demo/certificate.html"
 
 test: setup-dev
-	$(BIN)/python -m pytest -m "not system" --ignore tests/system -n $(WORKERS) -q
+	$(BIN)/python -m pytest -m "not system" --ignore tests/system -n $(WORKERS) --dist loadfile -q
 
 system: commands timed
 

@@ -53,6 +53,8 @@ FIRST = (
     "test_historian_power_loss",
     "test_access",
     "test_loop_faults",
+    *("test_library", "test_vectors", "test_export", "test_drift", "test_axis_room", "test_loop"),
+    *("test_modal", "test_identification", "test_uncertainty", "test_thermal_reports"),
 )
 """Files that take longest: what begins last ends soon."""
 

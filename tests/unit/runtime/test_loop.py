@@ -908,7 +908,7 @@ def test_hours_of_faults_move_the_tool_never_faster_and_never_further_than_allow
 ) -> None:
     async def life() -> Chaos:
         chaos = Chaos(seed, watched=watched, cycle_s=cycle_s)
-        await chaos.live(hours=1.5 if cycle_s == 1.0 else 0.75)
+        await chaos.live(hours=1.0 if cycle_s == 1.0 else 0.5)
         return chaos
 
     chaos = run_in_virtual_time(life())
