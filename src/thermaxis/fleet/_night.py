@@ -40,7 +40,7 @@ class NightOutcome(StrEnum):
     VERIFIED = "verified"
     """The model was compared with what was measured."""
     UNVERIFIED = "unverified"
-    """It was not: nothing was measured on the day, or a channel is missing. The remarks say why."""
+    """It was not: too little was measured, or a channel is missing. The remarks say why."""
     SET_ASIDE = "set_aside"
     """It failed twice; the remark is its error."""
 
@@ -233,7 +233,8 @@ def _log_of(
 
 
 def _is_measured(log: ThermalLog, output: str, rows: int) -> bool:
-    return bool(np.any(~np.isnan(log.columns[output][-rows:])))
+    """Return whether a day tells of the model: its first value is where the displacement begins."""
+    return int(np.count_nonzero(~np.isnan(log.columns[output][-rows:]))) > 1
 
 
 def _output(model: CompensationModel, log: ThermalLog, name: str, rows: int) -> OutputNight:

@@ -342,36 +342,38 @@ class Registry:
 
     def record(self, results: Iterable[NightResult]) -> int:
         """Store nights, all or nothing; return how many nobody had stored before. [1]"""
-        by_name = {result.machine: result for result in results}
-        now = datetime.now(UTC)
+        every, now = list(results), datetime.now(UTC)
         c = _machines.c
         with self._asked() as connection:
-            found = sa.select(c.id, c.name).where(c.name.in_(list(by_name)))
-            ids = connection.execute(found).all()
+            named = c.name.in_({result.machine for result in every})
+            ids = {
+                row.name: row.id for row in connection.execute(sa.select(c.name, c.id).where(named))
+            }
+            known = [(ids[result.machine], result) for result in every if result.machine in ids]
             proposed = [
                 {
-                    "machine_id": row.id,
-                    "parent_sha256": (result := by_name[row.name]).model_sha256,
-                    "sha256": model_sha256(model),
+                    "machine_id": machine_id,
+                    "parent_sha256": result.model_sha256,
+                    "sha256": model_sha256(result.proposal),
                     "day": result.day,
-                    "content": format_model(model),
+                    "content": format_model(result.proposal),
                     "added_utc": now,
                 }
-                for row in ids
-                if (model := by_name[row.name].proposal) is not None
+                for machine_id, result in known
+                if result.proposal is not None
             ]
             _inserted(connection, _proposals, proposed)
             rows = [
                 {
-                    "machine_id": row.id,
-                    "day": (result := by_name[row.name]).day,
+                    "machine_id": machine_id,
+                    "day": result.day,
                     "model_sha256": result.model_sha256,
                     "version": __version__,
                     "outcome": str(result.outcome),
                     "result": json.dumps(night_as_json(result), allow_nan=False),
                     "added_utc": now,
                 }
-                for row in ids
+                for machine_id, result in known
             ]
             return _inserted(connection, _nights, rows)
 

@@ -75,6 +75,8 @@ class RegistryLaws:
             registry.add(machine_of("M0", 2.0), "another model has nights of its own")
             assert [one.name for one in registry.missing(LAST)] == ["M0"]
             assert registry.record([]) == 0
+            other = [replace(result_of(machines[1]), day=LAST - timedelta(days=k)) for k in (1, 2)]
+            assert registry.record(other) == 2  # nights of one machine that come at once
 
     def test_of_two_programs_at_once_each_night_is_stored_by_one(self, made: Made) -> None:
         machines = [machine_of(f"M{k:02}") for k in range(20)]

@@ -75,8 +75,11 @@ def test_a_frozen_sensor_is_named_and_a_sensor_that_is_away_verifies_nothing():
     assert result.remarks
 
 
-def test_without_touches_on_the_day_sensors_are_judged_alone(days):
-    bare = [*days[:-1], days[-1].with_columns(pl.lit(None, pl.Float64).alias("probe_Z_um_mean"))]
+@pytest.mark.parametrize("touches", [0, 1])
+def test_without_touches_on_the_day_sensors_are_judged_alone(days, touches):
+    probe = pl.col("probe_Z_um_mean")
+    few = pl.when(probe.is_not_null().cum_sum() <= touches).then(probe)
+    bare = [*days[:-1], days[-1].with_columns(few.alias("probe_Z_um_mean"))]
     result = found(bare)
     assert result.outcome is NightOutcome.UNVERIFIED
     assert [one.code for one in result.remarks] == ["remark-nothing_measured"]

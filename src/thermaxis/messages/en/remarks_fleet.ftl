@@ -4,6 +4,6 @@ remark-part_kept_apart = The lake has other content in its place: it is kept apa
 remark-part_sent_again = The lake's copy was cut and is replaced
 remark-part_unreadable = The file is damaged and was not sent; thermaxis history check says more
 
-remark-nothing_measured = no displacement was measured on the day: the model was not verified
+remark-nothing_measured = fewer than two displacements were measured on the day: the model was not verified
 remark-clock_went_back = the clock went back { $count } times: minutes that came twice are joined
 remark-night_failed = failed twice and is set aside: { $failure }
