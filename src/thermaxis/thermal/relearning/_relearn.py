@@ -47,12 +47,12 @@ LEARNT_S = (DAY_S, 2.0 * DAY_S, 4.0 * DAY_S, float("inf"))
 BLOCK_S = 3600.0
 """Innovations further apart are independent. [s]"""
 FEWEST_LEARNT, FEWEST_JUDGED, FEWEST_BLOCKS = 12, 12, 4
-"""With fewer touches, or blocks of them, nothing is proposed. [1]"""
+"""With fewer touches, in each stretch alike, or fewer blocks nothing is proposed. [1]"""
 GAIN_STD, TIME_STD = 0.2, 0.3
 """Prior standard deviations of the logarithms by which gains and time constants changed. [1]"""
 FOLDS = 2
 """What judges is cut into so many stretches; each judges models of the touches before it. [1]"""
-ANEW = 2.5
+ANEW = 1.7
 """The margin is so many times as large for a model identified anew: it differs in everything, and
 from some days is better than another by chance for as many. [1]"""
 FREE_RUN = 1.25
@@ -71,7 +71,7 @@ class RelearnOptions:
 
     judged_s: float = 2.0 * DAY_S
     """The newest touches, of so long, judge. [s]"""
-    margin: float = 0.1
+    margin: float = 0.15
     """Innovations of the new model are smaller by this share at least. [1]"""
     false_rate: float = 0.002
     """How often another model is proposed, at one look, while that in force is right. [1]"""
@@ -248,7 +248,8 @@ class _Output:
         touches = learnt, seen.size - learnt
         blocks = np.unique(self._time_s[~seen] // BLOCK_S).size
         counts = {"learnt": touches[0], "judged": touches[1]}
-        if min(learnt - FEWEST_LEARNT, touches[1] - FEWEST_JUDGED, blocks - FEWEST_BLOCKS) < 0:
+        judging = FOLDS * int(np.min(np.bincount(self._fold[~seen], minlength=FOLDS)))
+        if min(learnt - FEWEST_LEARNT, judging - FEWEST_JUDGED, blocks - FEWEST_BLOCKS) < 0:
             return self._none(touches, (), Message("relearn-few_touches", counts))
         rules = self._asked.filters.get(self._output.name, TouchFilter())
         noise = likeliest(self._time_s[seen], self._left_um[seen], rules.noise_um)
