@@ -184,6 +184,7 @@ def test_a_better_model_is_written_beside_and_nothing_is_changed(
     assert (dc, late_s) == pytest.approx((10.0, TRUE_S), rel=0.15)
     assert told["parent"] == "lathe.json"
     assert told["parent_sha256"] in model_.provenance.method
+    assert told["parent_sha256"][:8] in proposed.stem  # no proposal is written over its parent
     assert told["to"] == (BEGIN + timedelta(seconds=STEP_S * (ROWS - 1))).isoformat()
     (output,) = told["outputs"]
     assert output["proposed"]

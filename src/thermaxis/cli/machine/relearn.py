@@ -74,7 +74,8 @@ def run(arguments: argparse.Namespace) -> int:
     judged = last - timedelta(seconds=options.judged_s)
     written: list[Path] = []
     if found.model is not None:
-        path = folder / f"relearnt-{last.astimezone(UTC):%Y%m%d-%H%M}.json"
+        when = f"{last.astimezone(UTC):%Y%m%d-%H%M}"
+        path = folder / f"relearnt-{when}-{known.sha256[:8]}.json"  # never that of its parent
         write_model(_with_origin(found.model, known, log, judged), path)
         written = [path, path.with_suffix(_SUFFIX)]
     parent = _choosable(folder, known) if written else None
