@@ -103,3 +103,16 @@ def test_dc_gains_from_touches_lie_within_their_intervals() -> None:
     assert np.all(np.abs(gains - true) < 3.0 * found.posterior.dc_std)
     assert np.all(found.posterior.dc_std < 0.2 * true), "wider, it would say nothing"
     assert not said(found) & WRONG
+
+
+def test_a_segment_of_its_first_touch_alone_tells_nothing_of_a_drift() -> None:
+    whole = touched(1, hours=24.0)
+    columns = {name: values.copy() for name, values in whole.columns.items()}
+    columns["Z_um"] += 2.0 * np.arange(whole.rows) / EVERY
+    for name in ("T_spindle_c", "T_table_c", "T_column_c"):
+        columns[name][1:EVERY] = np.nan
+    options = replace(QUICK, time_constants_s=((2000.0,),) * 2)
+    one = records(replace(whole, columns=columns))
+    (found,) = identify(one, modal_options=options).outputs
+    (drift,) = (w for w in found.warnings if w.code == "warning-probe_drift")
+    assert drift.values["span_h"] == pytest.approx(24.0, rel=0.02)

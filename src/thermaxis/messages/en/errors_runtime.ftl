@@ -268,7 +268,7 @@ error-part_not_read_back = The file that was written does not hold what it shoul
 ## Commissioning
 
 error-step_moved_otherwise = The tool point moved by { SIGNED($moved_um, decimals: 1) } µm where { SIGNED($asked_um, decimals: 2) } µm was asked for: the offset goes back.
-    .remedy = Check the unit of this output before anything else.
+    .remedy = Check the units of this output and of what measured, before anything else.
 error-step_untold = The machine reports no part of the step before the whole: it cannot be tried by little, and is not made.
     .remedy = Take a larger step.
 error-offset_unreadable = The offset in the machine cannot be read.

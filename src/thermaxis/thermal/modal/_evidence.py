@@ -409,7 +409,8 @@ def _line_left(design: Design, products: tuple[FloatArray, float], sizes: Sizes)
     found = 0.0
     for rows, basis in zip(design.rows, design.basis, strict=True):
         line, left = basis[:, 0], rows[:, -1] - rows[:, :-1] @ means
-        found = max(found, abs(float(line @ left)) / float(line @ line))
+        if size := float(line @ line):  # a segment of its start alone has no line
+            found = max(found, abs(float(line @ left)) / size)
     return found
 
 

@@ -797,10 +797,11 @@ def _probe_drift(
     line, left = own.rows[0].shape[1], np.append(-coefficients, 1.0)
     grams = [one.gram[line] for one in own.joint(noise.stationary)]
     ends = [float(g[:line] @ left) / (float(g[line]) + 1.0 / noise.trend_ratio) for g in grams]
-    drift_um, shares = unit_um * max(ends, key=abs), own.basis[0][:, 0]
+    drift_um = unit_um * max(ends, key=abs)
     if abs(drift_um) < LEAST_DRIFT * unit_um:
         return ()
-    span_h = float(own.times_s[0][-1] / shares[-1]) / 3600.0
+    share, end_s = max((b[-1, 0], t[-1]) for b, t in zip(own.basis, own.times_s, strict=True))
+    span_h = float(end_s / share) / 3600.0
     values = {"drift_um": significant(drift_um, 3), "um_per_h": significant(drift_um / span_h, 3)}
     return (Message("warning-probe_drift", {**values, "span_h": significant(span_h, 3)}),)
 
