@@ -260,6 +260,18 @@ def test_without_a_single_value_there_are_no_figures(tmp_path: Path) -> None:
     assert figures["ratio"] is figures["compensated_um"] is figures["first"] is None
 
 
+def test_a_touch_that_was_not_believed_says_nothing_of_the_correction(tmp_path: Path) -> None:
+    records: list[CycleRecord] = []
+    for number, (um, told) in enumerate(
+        [(1.0, "believed"), (2.0, "confirmed"), (55.0, "excluded"), (3.0, None)]
+    ):
+        one = measured(number, um, -10.0, -10.0, wanted_um=-10.0)
+        output = one.output._replace(offset_um=(0.0, 0.0), offset_std_um=(1.0, 1.0))
+        records.append(replace(one, output=output, touched={"Z_um": told} if told else {}))
+    figures = compare_by_hand(tmp_path / "h.db", records)["figures"]
+    assert (figures["values"], figures["compensated_um"]) == (3, 2.0)
+
+
 def test_a_history_before_the_probe_is_no_error_in_either_way(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     records = [measured(k, None, None, None) for k in range(200)]

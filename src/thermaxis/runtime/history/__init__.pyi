@@ -41,6 +41,8 @@ from ._settings import (
     HistorianSettings as HistorianSettings,
 )
 from ._touched import (
+    BELIEVED as BELIEVED,
+    touch_column as touch_column,
     touched_log as touched_log,
 )
 from ._url import (

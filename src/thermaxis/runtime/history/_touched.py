@@ -10,7 +10,7 @@ from thermaxis.runtime.history._columns import TIME, input_column, output_column
 from thermaxis.runtime.history._parts import MINUTE
 from thermaxis.thermal import ThermalLog
 
-_BELIEVED = (TouchOutcome.BELIEVED.value, TouchOutcome.CONFIRMED.value)
+BELIEVED = (TouchOutcome.BELIEVED.value, TouchOutcome.CONFIRMED.value)
 
 
 def touched_log(cycles: pl.LazyFrame, model: CompensationModel, where: str) -> ThermalLog:
@@ -68,10 +68,10 @@ def touched_log(cycles: pl.LazyFrame, model: CompensationModel, where: str) -> T
 
 def _free(cycles: pl.LazyFrame, output: str, probe: str, known: set[str]) -> pl.DataFrame:
     """Return what a probe has shown without the correction that acted, by the time of the touch."""
-    touch, age = _text_column(output, "touch"), _text_column(probe, "age", "_s")
+    touch, age = touch_column(output), _text_column(probe, "age", "_s")
     shown = cycles.filter(pl.col(probe).is_not_null())
     if touch in known:
-        shown = shown.filter(pl.col(touch).is_null() | pl.col(touch).is_in(_BELIEVED))
+        shown = shown.filter(pl.col(touch).is_null() | pl.col(touch).is_in(BELIEVED))
     age_s = pl.col(age).fill_null(0.0) if age in known else pl.lit(0.0)
     at = pl.col(TIME) - pl.duration(microseconds=(1e6 * age_s).round().cast(pl.Int64))
     quantities = (output_column(output, q) for q in ("effective", "accepted", "correction"))
@@ -82,6 +82,11 @@ def _free(cycles: pl.LazyFrame, output: str, probe: str, known: set[str]) -> pl.
     ]
     joined = both[0].join_asof(both[1], on=TIME)
     return joined.select(TIME, pl.col(probe) - pl.col("acting"))
+
+
+def touch_column(output: str) -> str:
+    """Return the column of what became of the touches of an output."""
+    return _text_column(output, "touch")
 
 
 def _text_column(name: str, quantity: str, end: str = "") -> str:

@@ -64,7 +64,8 @@ class Compared(NamedTuple):
     model_um: Column
     """What the model says of the displacement without an offset. [µm]"""
     acted: NDArray[np.bool_]
-    """Whether the compensation was active, and had been where it was wanted since then."""
+    """Whether the compensation was active, and had been where it was wanted since then; not where
+    a touch was not believed, as one of a chip tells nothing of the correction."""
 
 
 def routes(parts: "ScreenParts") -> list[BaseRoute]:
@@ -169,11 +170,12 @@ def _range(values: Column) -> float | None:
 
 def by_cycle(reader: "HistoryReader", name: str, span: tuple[datetime, datetime]) -> Compared:
     """Return the comparison of every cycle of a span, in the order of time."""
-    from thermaxis.runtime.history import TIME  # noqa: PLC0415 - heavy
+    from thermaxis.runtime.history import BELIEVED, TIME, touch_column  # noqa: PLC0415 - heavy
 
     names = _columns(name)
     known = reader.series()
-    wanted = [one for one in names if one in known]
+    wanted, touch = [one for one in names if one in known], touch_column(name)
+    wanted += [touch] if touch in reader.retried(reader.columns) else []
     cycles = reader.retried(lambda: reader.cycles(*span, wanted).sort(TIME).collect())
     nothing: Column = np.full(cycles.height, np.nan)
 
@@ -181,7 +183,12 @@ def by_cycle(reader: "HistoryReader", name: str, span: tuple[datetime, datetime]
         values = cycles[one].to_numpy() if one in wanted else nothing
         return np.where(np.abs(values) <= _LARGEST_UM, values, np.nan)
 
-    return _compared(cycles[TIME].dt.epoch("us").to_numpy(), *map(column, names))
+    found = _compared(cycles[TIME].dt.epoch("us").to_numpy(), *map(column, names))
+    if touch not in wanted:
+        return found
+    outcome = cycles[touch]
+    believed = (outcome.is_null() | outcome.is_in(BELIEVED)).to_numpy()
+    return found._replace(acted=found.acted & believed)
 
 
 def _columns(name: str) -> tuple[str, ...]:
