@@ -18,7 +18,8 @@ so that z = m - (c + y) is the offset, touched. Between touches, and by a touch:
 
 The tool point is known by sqrt(P- + d^2). A touch beyond the gate changes nothing: a chip, another
 datum, another workpiece. It waits for a second one, and two that agree are believed, the second by
-(4) with the first as what was known. A third one in a row voids what was known.
+(4) with the first as what was known, unless they lie ten times beyond the limit: another unit. A
+third one in a row voids what was known.
 
 Whether touches see the correction at all shows between two of them: what they should show has
 changed by D = (c + y)before - (c + y)now. Where they do, r is N(0, S); where they do not (another
@@ -45,6 +46,9 @@ MOST_EXPECTED = 64
 MOST_EXCLUDED = 3
 """So many touches in a row that are excluded, and none confirmed, void what was known: a model that
 runs away would else keep an old offset. [1]"""
+FARTHEST = 10.0
+"""Two touches that agree are not believed so many times beyond the limit of the offset: what it
+could not mend by a tenth is another unit. [1]"""
 SMALLEST_NOISE_UM = 0.01
 """No touch is better than that. [µm]"""
 LARGEST_EVIDENCE = 7.5
@@ -262,7 +266,8 @@ def touch_step(
         first, outcome = state.suspect, TouchOutcome.CONFIRMED
         soon = first is not None and abs(touch.time_s - first.time_s) <= rules.confirm_s
         known = _known(rules, first, touch.time_s)
-        if not soon or not _agree(rules, known, touched):
+        possible = abs(touched.offset_um) <= FARTHEST * rules.limits.largest_um
+        if not (soon and possible) or not _agree(rules, known, touched):
             excluded = state.excluded + 1
             belief = state.belief if excluded < MOST_EXCLUDED else None
             return (

@@ -171,6 +171,14 @@ def test_two_touches_that_agree_are_believed_within_the_limit() -> None:
     assert rig.output.offset_um == (-8.0,)
 
 
+def test_two_touches_that_agree_on_what_no_offset_mends_are_another_unit() -> None:
+    for offset_um, expected in ((79.0, CONFIRMED), (81.0, EXCLUDED), (-81.0, EXCLUDED)):
+        rig = Touched(replace(SLOW, limits=Limits(8.0, 0.1)))
+        rig.offset_um = offset_um
+        assert rig.touch() is EXCLUDED
+        assert rig.touch() is expected
+
+
 @pytest.mark.parametrize(("after_s", "expected"), [(590.0, CONFIRMED), (620.0, EXCLUDED)])
 def test_a_second_touch_confirms_the_first_for_a_time(
     after_s: float, expected: TouchOutcome
@@ -403,13 +411,13 @@ def test_touches_that_do_not_see_the_correction_end_at_zero_until_acknowledged(
     assert rig.touch() is BELIEVED
 
 
-@pytest.mark.parametrize("um_per_h", [2.0, 10.0, -25.0])
+@pytest.mark.parametrize(("um_per_h", "hours"), [(2.0, 20), (10.0, 17), (-25.0, 7)])
 def test_a_machine_that_drifts_at_a_steady_rate_is_followed_as_far_as_the_limit(
-    um_per_h: float,
+    um_per_h: float, hours: int
 ) -> None:
     rig = Touched(replace(SLOW, limits=Limits(18.0, 0.25)))
     rig.offset_um = 0.0
-    for _ in range(20):
+    for _ in range(hours):
         rig.offset_um += um_per_h
         rig.step(seconds=900.0)
         rig.steps(6, seconds=450.0)

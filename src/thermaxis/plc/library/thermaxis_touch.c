@@ -21,6 +21,7 @@ static const tx_number largest_value_um = 1.0E+04F;
 static const tx_number largest_age_s = (tx_number)1.0E+30;
 static const tx_number largest_evidence = 7.5F; /* of one touch */
 static const tx_number trip_evidence = 15.0F; /* touches do not see the correction */
+static const tx_number farthest = 10.0F; /* times the limit */
 static const int16_t most_excluded = 3;
 
 static tx_number limited(tx_number value, tx_number largest)
@@ -127,8 +128,9 @@ static int16_t believed(tx_touch *touch, const tx_touch_rules *rules, tx_number 
         away_um = touched_um - known_um;
         sum_um2 = known_um2 + rules->touch_um2;
         outcome = TX_CONFIRMED;
+        const tx_number farthest_um = farthest * rules->largest_um; /* beyond is another unit */
         if (!touch->waits.known || size_of(since_s) > rules->confirm_s
-            || !agree(rules, away_um, sum_um2)) {
+            || size_of(touched_um) > farthest_um || !agree(rules, away_um, sum_um2)) {
             if (touch->excluded < most_excluded) {
                 touch->excluded++;
             }
