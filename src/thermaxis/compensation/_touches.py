@@ -46,9 +46,6 @@ MOST_EXPECTED = 64
 MOST_EXCLUDED = 3
 """So many touches in a row that are excluded, and none confirmed, void what was known: a model that
 runs away would else keep an old offset. [1]"""
-FARTHEST = 10.0
-"""Two touches that agree are not believed so many times beyond the limit of the offset: what it
-could not mend by a tenth is another unit. [1]"""
 SMALLEST_NOISE_UM = 0.01
 """No touch is better than that. [µm]"""
 LARGEST_EVIDENCE = 7.5
@@ -57,6 +54,9 @@ TRIP_EVIDENCE = 15.0
 """Evidence that touches do not see the correction from which on the offset is off: two touches
 at least, and healthy ones reach it once in exp(15), three million, or less. [1]"""
 
+_FARTHEST = 10.0
+"""Two touches that agree are not believed so many times beyond the limit of the offset: what it
+could not mend by a tenth is another unit. [1]"""
 _HOUR_S = 3600.0
 _Floats = tuple[float, ...]
 
@@ -266,7 +266,7 @@ def touch_step(
         first, outcome = state.suspect, TouchOutcome.CONFIRMED
         soon = first is not None and abs(touch.time_s - first.time_s) <= rules.confirm_s
         known = _known(rules, first, touch.time_s)
-        possible = abs(touched.offset_um) <= FARTHEST * rules.limits.largest_um
+        possible = abs(touched.offset_um) <= _FARTHEST * rules.limits.largest_um
         if not (soon and possible) or not _agree(rules, known, touched):
             excluded = state.excluded + 1
             belief = state.belief if excluded < MOST_EXCLUDED else None
