@@ -158,6 +158,15 @@ def test_a_single_touch_that_is_off_moves_nothing_and_asks_for_a_second(
     assert rig.state_um.suspect is None
 
 
+@pytest.mark.parametrize("gate", [3.0, 5.0])
+def test_the_gate_lies_where_it_is_stated_and_touches_within_are_no_evidence(gate: float) -> None:
+    rules = replace(SLOW, start_um=3.0, noise_um=4.0, gate=gate)  # S = 25 um²
+    for share, expected in ((0.99, BELIEVED), (1.01, EXCLUDED)):
+        state, outcome = one(OffsetState(), 5.0 * gate * share, 0.0, rules=rules)
+        assert outcome is expected
+        assert state.evidence == 0.0
+
+
 def test_two_touches_that_agree_are_believed_within_the_limit() -> None:
     rig = Touched()
     rig.touch()
