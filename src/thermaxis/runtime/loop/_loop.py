@@ -277,8 +277,7 @@ class CompensationLoop:
         await self._machine.write(output, wait_s, ready=self._ready)
         self._record(now_s, lateness_s, samples, output)
         memory = self._state.memory
-        void = tuple(one.off for one in self._state.offsets)
-        decided = (memory.enabled, memory.fault, self._latched, void)
+        decided = memory.enabled, memory.fault, self._latched, *(o.off for o in self._state.offsets)
         self._saver.save(self._saved, self.compensation, now_s, decided)
 
     @property
