@@ -117,7 +117,8 @@ def test_targets_that_cannot_be_chosen_are_refused_by_the_name_of_the_field() ->
         ("outside_count", {"targets": 10_001}, "targets"),
         ("not_positive_up_to", {"pitch": -5.0}, "pitch"),
         ("random_share_outside", {"random_share": 0.5}, "random_share"),
-        ("negative", {"seed": -1}, "seed"),
+        ("outside_range", {"seed": -1}, "seed"),
+        ("outside_range", {"seed": 2**32 + 1}, "seed"),
         ("targets_change_places", {"length": 0.01, "targets": 16}, "targets"),
     ):
         arguments = {"start": 0.0, "length": 300.0, "targets": 16, **changes}
@@ -162,7 +163,8 @@ def test_a_plan_that_cannot_be_driven_is_refused_by_the_name_of_the_field() -> N
         ("not_positive_up_to", {"pitch": 0.0}, "pitch"),
         ("not_positive_up_to", {"interval": -1.0}, "interval"),
         ("outside_range", {"random_part": -1.0}, "random_part"),
-        ("negative", {"seed": -1}, "seed"),
+        ("outside_range", {"seed": -1}, "seed"),
+        ("outside_range", {"seed": 2**32 + 1}, "seed"),
         ("no_axis_name", {"axis": "X G0"}, "axis"),
         ("no_axis_name", {"axis": ""}, "axis"),
         ("title_not_printable", {"title": "two\nlines"}, "title"),

@@ -51,6 +51,7 @@ PAUSE_S = 60.0
 _NAMED = 3  # of the same kind in a sentence
 _DECIMALS = 3
 _LARGEST = 1e6
+_LARGEST_SEED = 2**32
 _AXIS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,15}")
 
 
@@ -149,8 +150,8 @@ class TestPlan:
                 require_positive(name, getattr(self, name), _LARGEST)
         if self.random_part is not None:
             require_range("random_part", self.random_part, 0.0, _LARGEST)
-        if self.seed is not None and self.seed < 0:
-            raise ConfigurationError("negative", value=self.seed, place=Place(key="seed"))
+        if self.seed is not None:
+            require_range("seed", self.seed, 0, _LARGEST_SEED)
 
     def _check_words(self) -> None:
         if _AXIS_NAME.fullmatch(self.axis) is None:
@@ -259,8 +260,7 @@ def choose_targets(
     if random_share is not None and not 0 <= random_share < 0.5:
         place = Place(key="random_share")
         raise ConfigurationError("random_share_outside", share=random_share, place=place)
-    if seed < 0:
-        raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
+    require_range("seed", seed, 0, _LARGEST_SEED)
     interval, amplitude = _equal_steps(length, targets, pitch, random_share)
     remarks: list[Message] = []
     if pitch is None:
