@@ -5,6 +5,7 @@ from ._engine import (
     results_of as results_of,
     serial_engine as serial_engine,
 )
+from ._judging import Cause as Cause, Judgement as Judgement, judge as judge
 from ._lake import Lake as Lake
 from ._night import (
     NightOutcome as NightOutcome,
@@ -27,3 +28,4 @@ from ._registry import (
     StoredProposal as StoredProposal,
 )
 from ._shipping import Shipment as Shipment, ship as ship
+from ._signs import Sign as Sign, SignKind as SignKind

@@ -8,12 +8,14 @@ from typing import Final, final
 
 import numpy as np
 import polars as pl
+from numpy.typing import NDArray
 
 from thermaxis import __version__
 from thermaxis.codes import Message, Place, message_as_json, remark
 from thermaxis.compensation import CompensationModel, Provenance, TrainingLog
 from thermaxis.errors import DataError
 from thermaxis.files import model_sha256
+from thermaxis.fleet._signs import Sign, signs_of
 from thermaxis.runtime import probe_name
 from thermaxis.runtime.history import MINUTE, input_column, output_column
 from thermaxis.thermal import (
@@ -100,6 +102,8 @@ class NightResult:
     """Why another model is proposed, or none; their place is the output."""
     proposal: CompensationModel | None = None
     """The model that is proposed in place of the one in force; None where it stays."""
+    signs: tuple[Sign, ...] = ()
+    """Figures by which causes are told apart when machines are judged."""
 
 
 def night_as_json(result: NightResult) -> dict[str, object]:
@@ -111,6 +115,7 @@ def night_as_json(result: NightResult) -> dict[str, object]:
         "outputs": {name: asdict(one) for name, one in (result.outputs or {}).items()},
         "remark_codes": [message_as_json(one) for one in result.remarks],
         "relearn_codes": [message_as_json(one) for one in result.relearned],
+        "signs": [asdict(one) for one in result.signs],
         "proposal_sha256": None if result.proposal is None else model_sha256(result.proposal),
     }
 
@@ -165,6 +170,8 @@ def night(
     )
     measured = [o.name for o in model.outputs if _is_measured(log, o.name, day_rows)]
     log = without_faults(log)
+    touched = {name: _touched_rows(log, name) for name in measured}
+    judged = replace(judged, signs=signs_of(log, model, touched, day_rows))
     try:
         outputs = {name: _output(model, log, name, day_rows) for name in measured}
         if not outputs:
@@ -237,8 +244,20 @@ def _is_measured(log: ThermalLog, output: str, rows: int) -> bool:
     return int(np.count_nonzero(~np.isnan(log.columns[output][-rows:]))) > 1
 
 
+def _is_often(log: ThermalLog, output: str) -> bool:
+    return bool(np.mean(~np.isnan(log.columns[output])) > 0.5)
+
+
+def _touched_rows(log: ThermalLog, output: str) -> NDArray[np.intp]:
+    """Return the rows of the touches; of what is measured in most minutes as often as touched."""
+    rows = np.flatnonzero(~np.isnan(log.columns[output]))
+    if not _is_often(log, output):
+        return rows
+    return rows[np.unique(log.time_s[rows] // TOUCHED_EVERY_S, return_index=True)[1]]
+
+
 def _output(model: CompensationModel, log: ThermalLog, name: str, rows: int) -> OutputNight:
-    often = np.mean(~np.isnan(log.columns[name])) > 0.5
+    often = _is_often(log, name)
     plan = TouchPlan(every_s=TOUCHED_EVERY_S) if often else TouchPlan(channels={name: name})
     first_s = float(log.time_s[-rows]) - TOUCHED_S
     newest = log.span(int(np.searchsorted(log.time_s, first_s)), log.rows)

@@ -20,6 +20,7 @@ from thermaxis.compensation import (
     SupervisorState,
     TouchOutcome,
 )
+from thermaxis.fleet import Cause
 from thermaxis.messages import FREE_TEXT, LANGUAGES, keys, template
 from thermaxis.runtime import ALARMS, PRIORITIES, LoopAnswer, Role
 from thermaxis.thermal import FindingKind
@@ -47,6 +48,8 @@ CODES: dict[str, set[str]] = {
     "priority": set(PRIORITIES),
     "alarm": set(ALARMS),
     "log": {*FindingKind, "swapped_names"},
+    "cause": set(Cause),
+    "fault": set(Cause),
 }
 
 

@@ -3,6 +3,7 @@ from ._innovations import (
     Innovations as Innovations,
     compared as compared,
     innovations_of as innovations_of,
+    likeliest as likeliest,
 )
 from ._relearn import (
     Candidate as Candidate,

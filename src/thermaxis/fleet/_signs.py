@@ -1,0 +1,213 @@
+"""Figures of a night by which causes are told apart, of the day and of the days before it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from itertools import combinations
+from typing import Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.compensation import CompensationModel, Output, TouchFilter
+from thermaxis.thermal import ThermalLog, innovations_of, likeliest, simulate_log
+
+_F = NDArray[np.float64]
+_I = NDArray[np.intp]
+
+FEWEST: Final = 4
+"""Fewer touches of a day say nothing of a model. [1]"""
+REST_SHARE: Final = 0.25
+"""Sensors are compared in this share of a day's minutes, those in which they differ least. [1]"""
+MOST_PAIRED: Final = 6
+"""Among more channels of an output none are tried as swapped. [1]"""
+_CLIPPED, _DELTA = 4.0, 0.05
+
+
+@final
+class SignKind(StrEnum):
+    """What a sign measures."""
+
+    LEVEL = "level"
+    """A channel less the median of the others, at rest. [K]"""
+    SWAP = "swap"
+    """How far the displacement lies from the model as it is (0) to the one with two channels
+    exchanged (1). [1]"""
+    GAIN = "gain"
+    """By what share of its contribution a part answers more. [1]"""
+    TIME_CONSTANT = "time_constant"
+    """Logarithm of the factor by which it answers slower. [1]"""
+    MEAN = "mean"
+    """Mean of what the free run leaves; its zero is that of the night. [µm]"""
+    REST = "rest"
+    """Logarithm of the innovations' root mean square over their standard deviation. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Sign:
+    """One figure of a night."""
+
+    sign: SignKind
+    """What it measures."""
+    output: str
+    """The output; empty for a sensor."""
+    of: str
+    """The part or channel, two with a comma; empty for the output itself."""
+    value: float
+    """On the day."""
+    std: float
+    """Its standard deviation: by the touches, or as it was from day to day."""
+    before: float
+    """On the days before, as the same run has it."""
+    before_std: float
+    """Its standard deviation."""
+
+
+def signs_of(
+    log: ThermalLog, model: CompensationModel, measured: dict[str, _I], rows: int
+) -> tuple[Sign, ...]:
+    """Return the signs of the last day of a log.
+
+    Parameters
+    ----------
+    log : ThermalLog
+        Minutes of the day and of days before, without faults: channels of the model, and outputs.
+    model : CompensationModel
+        The model in force.
+    measured : dict of str to int array
+        Rows of the touches by output.
+    rows : int
+        Rows of the day. [1]
+
+    Returns
+    -------
+    tuple of Sign
+        What can be said; nothing without days before.
+    """
+    last_s = float(log.time_s[-rows])
+    day = np.floor((log.time_s - last_s) / 86_400.0).astype(np.intp)
+    found = list(_levels(log, model, day))
+    for output in model.outputs:
+        if output.name in measured:
+            alone = replace(model, outputs=(output,))
+            found += _Touched(log, alone, output, day, measured[output.name]).signs()
+    return tuple(found)
+
+
+def _levels(log: ThermalLog, model: CompensationModel, day: _I) -> Iterator[Sign]:
+    """Yield where each channel lies among the others when the machine is most at rest."""
+    names = [name for name in model.channels if not np.all(np.isnan(log.columns[name]))]
+    if len(names) < 2:
+        return
+    values = np.column_stack([log.columns[name] for name in names])
+    days = np.unique(day)
+    levels = np.full((days.size, len(names)), np.nan)
+    for k, one in enumerate(days.tolist()):
+        own = values[day == one]
+        own = own[~np.isnan(own).any(axis=1)]
+        if own.shape[0] < 60:  # an hour
+            continue
+        apart = np.sum(np.abs(own - np.median(own, axis=1)[:, None]), axis=1)
+        rest = np.median(own[apart <= np.quantile(apart, REST_SHARE)], axis=0)
+        for c in range(len(names)):
+            levels[k, c] = rest[c] - np.median(np.delete(rest, c))
+    for c, name in enumerate(names):
+        yield from _by_days(SignKind.LEVEL, "", name, levels[:, c], 0.02)
+
+
+def _by_days(
+    kind: SignKind, output: str, of: str, daily: NDArray[np.floating], least: float
+) -> Iterator[Sign]:
+    """Yield the sign of a figure of each day, the last one the day, by how it went before."""
+    known = daily[:-1][~np.isnan(daily[:-1])]
+    if known.size < 2 or np.isnan(daily[-1]):
+        return
+    std = max(float(np.std(known, ddof=1)), least)
+    figures = (float(daily[-1]), std, float(np.mean(known)), std / known.size**0.5)
+    yield Sign(kind, output, of, *figures)
+
+
+@final
+class _Touched:
+    """One output at its touches."""
+
+    def __init__(
+        self, log: ThermalLog, model: CompensationModel, output: Output, day: _I, rows: _I
+    ) -> None:
+        run = simulate_log(model, log, steady=True)
+        said_um = run.outputs[output.name].displacement_um
+        rows = rows[~(np.isnan(said_um[rows]) | run.bad[rows])]
+        self._log, self._model, self._output, self._rows = log, model, output, rows
+        self._said_um = said_um[rows]
+        self._own_um = run.outputs[output.name].contribution_um[rows]
+        self._left_um = log.column(output.name, unit="um")[rows] - self._said_um
+        self._day = day[rows]
+        self._names = [part.name for part in output.parts]
+
+    def signs(self) -> Iterator[Sign]:
+        """Yield what touches tell."""
+        today, before = self._day == 0, self._day < 0
+        if min(np.count_nonzero(today), np.count_nonzero(before)) < FEWEST:
+            return
+        time_s = self._log.time_s[self._rows]
+        past = self._left_um[before] - np.median(self._left_um[before])
+        noise = likeliest(time_s[before], past, TouchFilter().noise_um)
+        kept = innovations_of(time_s, *noise)
+        e = np.clip(kept.of(self._left_um - self._left_um[0]), -_CLIPPED, _CLIPPED)
+        slower = self._run(replace(self._model, outputs=(_slower(self._output),)), self._log)
+        columns = [
+            *((SignKind.GAIN, name, self._own_um[:, k]) for k, name in enumerate(self._names)),
+            *(
+                (SignKind.TIME_CONSTANT, name, slope)
+                for k, name in enumerate(self._names)
+                for slope in [(slower[1][:, k] - self._own_um[:, k]) / np.log1p(_DELTA)]
+            ),
+            *((SignKind.SWAP, pair, other - self._said_um) for pair, other in self._swapped()),
+        ]
+        for kind, of, column_um in columns:
+            g = kept.of(column_um - column_um[0])
+            w_day, w_before = (float(np.sum(g[k] ** 2)) for k in (today, before))
+            if min(w_day, w_before) > 0.0:
+                value, earlier = (
+                    float(np.sum((e * g)[k])) / w for k, w in ((today, w_day), (before, w_before))
+                )
+                yield Sign(kind, self._output.name, of, value, w_day**-0.5, earlier, w_before**-0.5)
+        yield from self._of_days(e)
+
+    def _of_days(self, e: _F) -> Iterator[Sign]:
+        days = np.unique(self._day)
+        enough = [int(np.count_nonzero(self._day == d)) >= FEWEST for d in days]
+        each = [self._day == d for d in days[enough]]
+        mean = np.array([np.mean(self._left_um[k]) for k in each])
+        rest = np.array([0.5 * np.log(np.mean(e[k] ** 2) + 1e-3) for k in each])
+        yield from _by_days(SignKind.MEAN, self._output.name, "", mean, 0.05)
+        yield from _by_days(SignKind.REST, self._output.name, "", rest, 0.05)
+
+    def _run(self, model: CompensationModel, log: ThermalLog) -> tuple[_F, _F]:
+        found = simulate_log(model, log, steady=True).outputs[self._output.name]
+        return found.displacement_um[self._rows], found.contribution_um[self._rows]
+
+    def _swapped(self) -> Iterator[tuple[str, _F]]:
+        """Yield what the model says with two channels exchanged on the day and before."""
+        names = self._model.channels
+        for a, b in combinations(names, 2) if len(names) <= MOST_PAIRED else ():
+            columns = {**self._log.columns, a: self._log.columns[b], b: self._log.columns[a]}
+            said_um, _ = self._run(self._model, replace(self._log, columns=columns))
+            if not np.isnan(said_um).any():
+                yield f"{a},{b}", said_um
+
+
+def _slower(output: Output) -> Output:
+    """Return an output whose time constants are longer by a little."""
+    parts = tuple(
+        replace(
+            part,
+            sections=tuple(
+                replace(s, time_constant_s=(1.0 + _DELTA) * s.time_constant_s)
+                for s in part.sections
+            ),
+        )
+        for part in output.parts
+    )
+    return replace(output, parts=parts)

@@ -1,0 +1,119 @@
+"""Who is named in the morning: who departs from its past, its sisters in the same nights aside."""
+
+from datetime import date, timedelta
+
+import numpy as np
+import pytest
+
+from thermaxis.fleet import Cause, Judgement, StoredNight, judge
+from thermaxis.messages import remedy_of, text_of
+
+LAST = date(2026, 11, 20)
+MACHINES, NIGHTS = 60, 4
+FIGURES = {
+    ("level", "", "T_a_C"): 0.2,
+    ("level", "", "T_b_C"): 0.2,
+    ("swap", "Z_um", "T_a_C,T_b_C"): 0.05,
+    ("gain", "Z_um", "a"): 0.02,
+    ("time_constant", "Z_um", "a"): 0.03,
+    ("mean", "Z_um", ""): 0.4,
+    ("rest", "Z_um", ""): 0.1,
+}
+"""Standard deviations of the signs from night to night."""
+Departures = dict[tuple[str, tuple[str, str, str]], list[float]]
+
+
+def fleet(departures: Departures, seed: int = 0, hot: float = 0.0) -> list[StoredNight]:
+    """Return nights of machines by chance, with what departs added, on all of them if it is hot."""
+    rng = np.random.default_rng(seed)
+    nights: list[StoredNight] = []
+    for name in (f"M{k}" for k in range(MACHINES)):
+        for back in range(NIGHTS - 1, -1, -1):
+            signs = []
+            for key, std in FIGURES.items():
+                more = departures.get((name, key), [0.0] * NIGHTS)[-1 - back]
+                value = rng.normal(more, std) + hot * std * (back == 0)
+                sign = dict(zip(("sign", "output", "of"), key, strict=True))
+                if key[0] == "mean":  # the days before it count with it
+                    past = departures.get((name, key), [0.0] * NIGHTS)[: NIGHTS - 1 - back]
+                    before = sum(past) / 6.0
+                else:
+                    before = 0.0
+                signs.append(sign | {"value": value, "std": std, "before": before,
+                                     "before_std": std / 6**0.5})  # fmt: skip
+            result = {"signs": signs, "sensor_codes": []}
+            day = LAST - timedelta(days=back)
+            nights.append(StoredNight(name, "mill", day, "a" * 64, "1", result))
+    return nights
+
+
+def named(nights: list[StoredNight]) -> list[Judgement]:
+    judged = judge(nights, LAST)
+    assert len(judged) == len({night.machine for night in nights})
+    assert [one.named for one in judged] == sorted((one.named for one in judged), reverse=True)
+    return [one for one in judged if one.named]
+
+
+@pytest.mark.parametrize("hot", [0.0, 6.0])
+def test_nobody_is_named_for_what_chance_or_a_hot_day_does_to_all(hot):
+    assert [one for seed in range(5) for one in named(fleet({}, seed, hot))] == []
+
+
+@pytest.mark.parametrize(
+    ("key", "departure", "cause"),
+    [
+        (("level", "", "T_a_C"), 2.0, Cause.SENSOR_OFFSET),
+        (("swap", "Z_um", "T_a_C,T_b_C"), 1.0, Cause.SENSORS_SWAPPED),
+        (("gain", "Z_um", "a"), 0.3, Cause.GAIN),
+        (("time_constant", "Z_um", "a"), 0.34, Cause.TIME_CONSTANT),
+        (("mean", "Z_um", ""), 5.0, Cause.DRIFT),
+        (("rest", "Z_um", ""), 1.0, Cause.UNKNOWN),
+    ],
+)
+@pytest.mark.parametrize("hot", [0.0, 6.0])
+def test_a_machine_that_departs_is_named_with_its_cause_day_and_sentence(
+    key, departure, cause, hot
+):
+    (one,) = named(fleet({("M7", key): [0.0, 0.0, departure, departure]}, 1, hot))
+    assert (one.machine, one.causes[0], one.output) == ("M7", cause, key[1])
+    assert abs((LAST - one.since).days - 1) <= 1
+    assert one.q_value < 0.01
+    for language in ("en", "de", "cs"):
+        assert text_of(one.evidence[0], language=language)
+        assert remedy_of(one.evidence[0], language=language)
+
+
+def test_a_slow_drift_is_found_by_lasting():
+    key = ("mean", "Z_um", "")
+    for departure, expected in (([0.0, 0.0, 0.0, 1.2], []), ([1.2, 1.2, 1.2, 1.2], ["M3"])):
+        found = named(fleet({("M3", key): departure}, 3))
+        assert [one.machine for one in found] == expected
+
+
+def test_a_sensor_that_stands_still_is_named_unless_those_of_its_sisters_do_as_well():
+    code = {"code": "log-stuck", "values": {}, "place": {"channel": "T_a_C"}}
+    nights = fleet({})
+    for night in nights:
+        if night.machine == "M1" and night.day > LAST - timedelta(days=2):
+            night.result["sensor_codes"].append(code)
+    (one,) = named(nights)
+    assert (one.machine, one.causes, one.since) == (
+        "M1", (Cause.SENSOR_FROZEN,), LAST - timedelta(days=1),
+    )  # fmt: skip
+    for night in nights:
+        night.result["sensor_codes"] = [code]
+    assert named(nights) == []
+
+
+def test_a_machine_without_a_night_of_the_day_is_not_judged_and_another_model_begins_anew():
+    key = ("gain", "Z_um", "a")
+    nights = fleet({("M7", key): [0.3] * NIGHTS})
+    assert len(judge([one for one in nights if one.machine != "M7"], LAST)) == MACHINES - 1
+    assert judge([], LAST) == []
+    old = [
+        StoredNight(n.machine, n.kind, n.day, "b" * 64, n.version, n.result)
+        if n.machine == "M7" and n.day < LAST
+        else n
+        for n in fleet({("M7", key): [0.3, 0.3, 0.3, 0.0]})
+    ]
+    assert named(old) == []
