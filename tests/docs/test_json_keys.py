@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from tests.unit.fleet.fleet_machines import GAIN, LAST, Truth, model_of, shipped
+from tests.unit.runtime.machine_files import machine_file
 from thermaxis.cli import main
 from thermaxis.cli.machine.commission import _record
 from thermaxis.cli.machine.relearn import _described
@@ -296,6 +297,11 @@ def write_fleet(folder: Path, found: dict[str, set[str]]) -> None:
     keys_written(night, "night", found)
     assert keys_written(["fleet", "show", registry, *json_words], "show", found)["nights"]
     keys_written(["fleet", "machine", registry, "A", *json_words], "machine", found)
+    (folder / "fetching").mkdir()
+    machine = machine_file(folder / "fetching")
+    own = str(machine.parent / "models" / "lathe.json")
+    assert main(["fleet", "add", registry, "vertical lathe", own]) == 0
+    keys_written(["fleet", "fetch", str(machine), registry, *json_words], "fetch", found)
 
 
 def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> None:

@@ -5,6 +5,7 @@ from ._engine import (
     results_of as results_of,
     serial_engine as serial_engine,
 )
+from ._fetching import Fetch as Fetch, fetch as fetch
 from ._judging import Cause as Cause, Judgement as Judgement, judge as judge
 from ._lake import Lake as Lake
 from ._night import (
@@ -22,6 +23,7 @@ from ._nights import (
 )
 from ._registry import (
     FleetMachine as FleetMachine,
+    ProposalState as ProposalState,
     Registry as Registry,
     StoredModel as StoredModel,
     StoredNight as StoredNight,

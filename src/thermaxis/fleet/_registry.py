@@ -7,6 +7,7 @@
 ``nights``    what a night has found; once for machine, day, model and version of the program
 ``proposals`` models that nights have proposed, once for machine, parent and model
 ``decisions`` who has accepted or rejected one, when and why; the first decision stands
+``steps``     what became of an accepted one: fetched, in force, withdrawn; each once
 ============  =====================================================================================
 
 Unique keys decide between programs that write at once: the first one is kept.
@@ -18,6 +19,7 @@ from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
+from enum import StrEnum
 from typing import Any, Final, Self, final
 
 import sqlalchemy as sa
@@ -26,14 +28,17 @@ from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
 from thermaxis import __version__
 from thermaxis.codes import Place
+from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import format_model, model_sha256
 from thermaxis.fleet._night import NightResult, night_as_json
 from thermaxis.runtime.history import check_url, printable_cause, writing_engine
 
-VERSION: Final = 2
+VERSION: Final = 3
 """Version of the tables that this program writes."""
-_ALTERATIONS: Final[Mapping[int, Sequence[str]]] = {}
+_ALTERATIONS: Final[Mapping[int, Sequence[str]]] = {
+    3: ["ALTER TABLE nights ADD COLUMN last_id BIGINT NOT NULL DEFAULT 0"]
+}
 """What makes tables of the version before those of a version, beside new tables."""
 _LOCK_KEY: Final = 0x7468_6572_666C_6565  # "therflee"
 _ID = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
@@ -78,6 +83,7 @@ _nights = sa.Table(
     sa.Column("version", sa.Text, nullable=False),
     sa.Column("outcome", sa.Text, nullable=False),
     sa.Column("result", sa.Text, nullable=False),
+    sa.Column("last_id", sa.BigInteger, nullable=False, server_default="0"),
     sa.Column("added_utc", _MOMENT, nullable=False),
     sa.UniqueConstraint("machine_id", "day", "model_sha256", "version"),
 )
@@ -103,6 +109,35 @@ _decisions = sa.Table(
     sa.Column("why", sa.Text, nullable=False),
     sa.Column("added_utc", _MOMENT, nullable=False),
 )
+_steps = sa.Table(
+    "steps",
+    metadata,
+    sa.Column("id", _ID, primary_key=True),
+    sa.Column("proposal_id", _ID, sa.ForeignKey("proposals.id"), nullable=False),
+    sa.Column("step", sa.Text, nullable=False),
+    sa.Column("who", sa.Text, nullable=False),
+    sa.Column("why", sa.Text, nullable=False),
+    sa.Column("added_utc", _MOMENT, nullable=False),
+    sa.UniqueConstraint("proposal_id", "step"),
+)
+
+
+@final
+class ProposalState(StrEnum):
+    """What has become of a proposal; of an accepted one what was reached last."""
+
+    OPEN = "open"
+    """Nobody has decided."""
+    REJECTED = "rejected"
+    """A person has rejected it."""
+    ACCEPTED = "accepted"
+    """A person has accepted it: it may be fetched."""
+    FETCHED = "fetched"
+    """It lies in the machine's folder of models, or is about to."""
+    IN_FORCE = "in_force"
+    """The machine has had it in force."""
+    WITHDRAWN = "withdrawn"
+    """A person has taken it back."""
 
 
 @final
@@ -161,6 +196,8 @@ class StoredNight:
 class StoredProposal:
     """A model that a night has proposed, and what became of it."""
 
+    machine: str
+    """Name of the machine."""
     sha256: str
     """Its hash."""
     parent_sha256: str
@@ -175,6 +212,10 @@ class StoredProposal:
     """Who."""
     why: str | None
     """Why."""
+    state: ProposalState = ProposalState.OPEN
+    """What has become of it."""
+    withdrawn: tuple[str, str] | None = None
+    """Who has withdrawn it, and why."""
 
 
 @final
@@ -284,7 +325,19 @@ class Registry:
             if not new:
                 query = sa.update(_machines).where(_machines.c.id == before.id)
                 connection.execute(query.values(**changed))
+                sha256 = machine.model_sha256
+                _step(connection, machine.name, ProposalState.IN_FORCE, machine.name, "", sha256)
         return new
+
+    def report(self, machine: str, model: CompensationModel) -> bool:
+        """Take note of the model that a machine has in force; return whether it was another."""
+        (known,) = self.machines([machine])
+        told = replace(known, model=format_model(model), model_sha256=model_sha256(model))
+        if told.model_sha256 == known.model_sha256:
+            return False
+        known_as = {one.sha256: one.why for one in self.proposals(machine) if one.accepted}
+        self.add(told, known_as.get(told.model_sha256) or "chosen at the machine")
+        return True
 
     def machines(self, names: Sequence[str] = ()) -> list[FleetMachine]:
         """Return machines by name, all of them where none is named.
@@ -398,11 +451,10 @@ class Registry:
 
     # ---- proposals ------------------------------------------------------------------------------
 
-    def proposals(self, machine: str) -> list[StoredProposal]:
-        """Return what was proposed for a machine, the first one first."""
+    def proposals(self, machine: str | None = None) -> list[StoredProposal]:
+        """Return what was proposed for a machine, or for all, the first one first."""
         with self._asked() as connection:
-            rows: Sequence[Any] = connection.execute(_of_machine(machine)).all()
-        return [StoredProposal(*row[1:]) for row in rows]
+            return list(_proposals_of(connection, machine).values())
 
     def decide(self, machine: str, *, accepted: bool, who: str, why: str) -> StoredProposal:
         """Accept or reject the newest proposal for the model that a machine has in force.
@@ -415,27 +467,164 @@ class Registry:
             If there is none, or it was decided on already.
         """
         (known,) = self.machines([machine])
-        decision = {"accepted": accepted, "who": who, "why": why, "added_utc": datetime.now(UTC)}
         with self._asked() as connection:
-            rows: Sequence[Any] = connection.execute(_of_machine(machine)).all()
-            found = [row for row in rows if row.parent_sha256 == known.model_sha256]
-            if not found:
+            every = _proposals_of(connection, machine)
+            fits = [i for i, one in every.items() if one.parent_sha256 == known.model_sha256]
+            if not fits:
                 raise ConfigurationError("no_proposal", name=machine, place=self._place)
-            row = {"proposal_id": found[-1].id, **decision}
-            if not _inserted(connection, _decisions, [row]):
+            if not _decided(connection, fits[-1], accepted=accepted, who=who, why=why):
                 raise ConfigurationError("proposal_decided", name=machine, place=self._place)
-        return replace(StoredProposal(*found[-1][1:]), accepted=accepted, who=who, why=why)
+            return _proposals_of(connection, machine)[fits[-1]]
+
+    def to_fetch(self, machine: str) -> StoredProposal | None:
+        """Return what a machine is to fetch: what was accepted last, unless it was withdrawn.
+
+        None, too, where the machine has had it in force.
+        """
+        d = _decisions.c
+        query = (
+            sa.select(_proposals.c.id)
+            .join(_decisions, d.proposal_id == _proposals.c.id)
+            .join(_machines, _machines.c.id == _proposals.c.machine_id)
+            .where(_machines.c.name == machine, d.accepted)
+            .order_by(d.id.desc())
+            .limit(1)
+        )
+        with self._asked() as connection:
+            newest = connection.execute(query).scalar_one_or_none()
+            every = _proposals_of(connection, machine)
+        found = None if newest is None else every[newest]
+        return found if found is not None and found.state in _TO_FETCH else None
+
+    def fetched(self, machine: str, sha256: str) -> bool:
+        """Take note that a machine fetches what it was to fetch; return whether it still may."""
+        with self._asked() as connection:
+            _step(connection, machine, ProposalState.FETCHED, machine, "", sha256)
+        found = self.to_fetch(machine)
+        return found is not None and found.sha256 == sha256
+
+    def withdraw(self, machine: str, *, who: str, why: str) -> list[StoredProposal]:
+        """Withdraw what was accepted and is not in force yet, else what was and is in force.
+
+        Returns
+        -------
+        list of StoredProposal
+            What is withdrawn, as it was before.
+
+        Raises
+        ------
+        ConfigurationError
+            If the machine is not known, or nothing was accepted.
+        """
+        (known,) = self.machines([machine])
+        with self._asked() as connection:
+            every = list(_proposals_of(connection, machine).values())
+            found = [one for one in every if one.state in _TO_FETCH] or [
+                one
+                for one in every
+                if one.state is ProposalState.IN_FORCE and one.sha256 == known.model_sha256
+            ]
+            if not found:
+                raise ConfigurationError("nothing_to_withdraw", name=machine, place=self._place)
+            for one in found:
+                _step(connection, machine, ProposalState.WITHDRAWN, who, why, one.sha256)
+        return found
+
+    def roll_back(self, machine: str, *, who: str, why: str) -> StoredProposal:
+        """Accept the model before the one in force as what is to be fetched; withdraw all others.
+
+        Raises
+        ------
+        ConfigurationError
+            If the machine is not known, had no other model before, or this was withdrawn.
+        """
+        (known,) = self.machines([machine])
+        m, p = _models.c, _proposals.c
+        with self._asked() as connection:
+            own = connection.execute(
+                sa.select(m.machine_id, m.sha256, m.parent_sha256, m.content)
+                .join(_machines, _machines.c.id == m.machine_id)
+                .where(_machines.c.name == machine)
+            ).all()
+            models = {row.sha256: row for row in own}
+            before = models.get(models[known.model_sha256].parent_sha256 or "")
+            if before is None:
+                raise ConfigurationError("no_model_before", name=machine, place=self._place)
+            ids = {"machine_id": before.machine_id, "parent_sha256": known.model_sha256}
+            now = datetime.now(UTC)
+            row = {**ids, "sha256": before.sha256, "content": before.content, "added_utc": now}
+            _inserted(connection, _proposals, [{**row, "day": now.date()}])
+            key = [p[name] == row[name] for name in ("machine_id", "parent_sha256", "sha256")]
+            chosen = connection.execute(sa.select(p.id).where(*key)).scalar_one()
+            new = _decided(connection, chosen, accepted=True, who=who, why=why)
+            every = _proposals_of(connection, machine)
+            if not new and every[chosen].state not in _TO_FETCH:
+                raise ConfigurationError("proposal_decided", name=machine, place=self._place)
+            for one in every.values():
+                if one.accepted and one.sha256 != before.sha256:
+                    _step(connection, machine, ProposalState.WITHDRAWN, who, why, one.sha256)
+        return every[chosen]
 
 
-def _of_machine(name: str) -> Any:
-    c, d = _proposals.c, _decisions.c
-    return (
-        sa.select(c.id, c.sha256, c.parent_sha256, c.day, c.content, d.accepted, d.who, d.why)
-        .join(_machines, _machines.c.id == c.machine_id)
-        .outerjoin(_decisions, d.proposal_id == c.id)
-        .where(_machines.c.name == name)
+_TO_FETCH = frozenset({ProposalState.ACCEPTED, ProposalState.FETCHED})
+_DECIDED = {
+    None: ProposalState.OPEN,
+    False: ProposalState.REJECTED,
+    True: ProposalState.ACCEPTED,
+}
+_STEPS = (ProposalState.FETCHED, ProposalState.IN_FORCE, ProposalState.WITHDRAWN)
+
+
+def _decided(connection: sa.Connection, key: int, *, accepted: bool, who: str, why: str) -> bool:
+    """Store a decision; return whether it is the first one."""
+    now = datetime.now(UTC)
+    row = {"proposal_id": key, "accepted": accepted, "who": who, "why": why, "added_utc": now}
+    return bool(_inserted(connection, _decisions, [row]))
+
+
+def _step(
+    connection: sa.Connection, machine: str, step: ProposalState, who: str, why: str, sha256: str
+) -> None:
+    """Take note of a step of every accepted proposal of one model."""
+    every = _proposals_of(connection, machine)
+    ids = [i for i, one in every.items() if one.accepted and one.sha256 == sha256]
+    rest = {"step": str(step), "who": who, "why": why, "added_utc": datetime.now(UTC)}
+    _inserted(connection, _steps, [{"proposal_id": i, **rest} for i in ids])
+
+
+def _proposals_of(
+    connection: sa.Connection, machine: str | None = None
+) -> dict[int, StoredProposal]:
+    """Return proposals by their id, the first one first."""
+    m, c, d, s = _machines.c, _proposals.c, _decisions.c, _steps.c
+    own = sa.true() if machine is None else m.name == machine
+    joined = _proposals.join(_machines, m.id == c.machine_id)
+    query = (
+        sa.select(
+            *(c.id, m.name, c.sha256, c.parent_sha256, c.day, c.content),
+            *(d.accepted, d.who, d.why),
+        )
+        .select_from(joined.outerjoin(_decisions, d.proposal_id == c.id))
+        .where(own)
         .order_by(c.id)
     )
+    taken = sa.select(s.proposal_id, s.step, s.who, s.why).select_from(
+        joined.join(_steps, s.proposal_id == c.id)
+    )
+    steps: dict[int, dict[str, tuple[str, str]]] = {}
+    for row in connection.execute(taken.where(own)):
+        steps.setdefault(row.proposal_id, {})[row.step] = (row.who, row.why)
+    found: dict[int, StoredProposal] = {}
+    rows: Sequence[Any] = connection.execute(query).all()
+    for row in rows:
+        reached = steps.get(row.id, {})
+        state = _DECIDED[row.accepted]
+        for step in _STEPS:
+            state = step if step in reached else state
+        found[row.id] = StoredProposal(
+            *row[1:], state=state, withdrawn=reached.get(ProposalState.WITHDRAWN)
+        )
+    return found
 
 
 def _checked(url: str, *, made: bool) -> Place:

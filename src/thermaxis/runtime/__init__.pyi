@@ -31,6 +31,13 @@ from ._ports import (
     probe_name as probe_name,
     redundant_name as redundant_name,
 )
+from ._proposals import (
+    PROPOSAL_SUFFIX as PROPOSAL_SUFFIX,
+    choosable_name as choosable_name,
+    model_folder as model_folder,
+    model_in_force as model_in_force,
+    write_proposal as write_proposal,
+)
 from ._sign import (
     AWAY as AWAY,
     OFFSET_UNITS as OFFSET_UNITS,

@@ -11,7 +11,7 @@ from tests.unit.fleet.fleet_machines import GAIN, LAST, machine_of, model_of
 from thermaxis import __version__
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import parse_model
-from thermaxis.fleet import FleetMachine, NightOutcome, NightResult, Registry
+from thermaxis.fleet import FleetMachine, NightOutcome, NightResult, ProposalState, Registry
 
 Made = Callable[[], Registry]
 """Opens the registry that a test has made."""
@@ -123,17 +123,19 @@ class RegistryLaws:
             with pytest.raises(ConfigurationError, match="Nothing is proposed"):
                 registry.decide("A", accepted=True, who="Jan", why="w")
 
-    def test_a_registry_of_the_version_before_is_brought_to_this_one(
-        self, made: Made, url: str, password: str
+    @pytest.mark.parametrize("version", [1, 2])
+    def test_a_registry_of_a_version_before_is_brought_to_this_one(
+        self, made: Made, url: str, password: str, version: int
     ) -> None:
         with made() as registry:
             registry.add(machine_of("A"), "first")
             registry.record([result_of(machine_of("A"))])
             with registry._asked() as connection:
                 for statement in (
-                    "DROP TABLE decisions",
-                    "DROP TABLE proposals",
-                    "UPDATE registry SET value = '1' WHERE name = 'version'",
+                    "DROP TABLE steps",
+                    "ALTER TABLE nights DROP COLUMN last_id",
+                    *(["DROP TABLE decisions", "DROP TABLE proposals"] if version == 1 else []),
+                    f"UPDATE registry SET value = '{version}' WHERE name = 'version'",  # noqa: S608 - a number
                 ):
                     connection.exec_driver_sql(statement)
         with pytest.raises(ConfigurationError, match="fleet init"):
@@ -141,6 +143,14 @@ class RegistryLaws:
         with Registry.make(url, "lake", password) as registry:
             assert registry.proposals("A") == []
             assert len(registry.nights(LAST)) == 1
+            proposed = replace(
+                result_of(machine_of("A")), day=LAST - timedelta(days=1), proposal=model_of(1.0)
+            )
+            registry.record([proposed])
+            registry.decide("A", accepted=True, who="Anna", why="w")
+            (withdrawn,) = registry.withdraw("A", who="Jan", why="too cold")
+            assert withdrawn.state is ProposalState.ACCEPTED
+            assert registry.proposals()[0].withdrawn == ("Jan", "too cold")
 
     def test_a_registry_is_made_once_and_another_version_is_refused(
         self, made: Made, url: str, password: str

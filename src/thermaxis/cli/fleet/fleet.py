@@ -20,18 +20,33 @@ from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import format_model, model_sha256, parse_model, read_model, write_model
 from thermaxis.messages import text_of
-from thermaxis.report.tables import Part, Table, Value, values_of
+from thermaxis.report.tables import Part, Table, Value, messages_of, values_of
+from thermaxis.runtime import PROPOSAL_SUFFIX, read_machine
 
 _DAYS_BACK = 6
 _WORST = "rmse_um"
+_AT_MACHINE = "there, thermaxis fleet fetch brings it into its folder of models."
+_WITHDRAWN = {
+    fleet.ProposalState.ACCEPTED: "It was not fetched, and will not be.",
+    fleet.ProposalState.FETCHED: (
+        "It was fetched: the next thermaxis fleet fetch at the machine removes it, unless it is in"
+        " force there by then."
+    ),
+    fleet.ProposalState.IN_FORCE: (
+        "It is in force: at the machine, choose another model on the page of models, or call"
+        " thermaxis relearn --rollback; the next thermaxis fleet fetch then removes it."
+    ),
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
 
-    def action(name: str, text: str) -> argparse.ArgumentParser:
+    def action(name: str, text: str, first: str = "") -> argparse.ArgumentParser:
         found = actions.add_parser(name, help=text, allow_abbrev=False)
+        if first:
+            adder(found)(first, "the machine, with a folder of models", Path)
         adder(found)("registry REGISTRY", "file of SQLite, or URL of a database")
         add_password_file(found)
         return found
@@ -76,8 +91,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     adder(one)("machine MACHINE", "its name")
     add_json(one)
     for name, text in (
-        ("accept", "accept the newest proposal, and write its model for the machine"),
+        ("accept", "accept the newest proposal, for the machine to fetch"),
         ("reject", "reject the newest proposal"),
+        ("withdraw", "take an accepted model back"),
+        ("rollback", "accept the model before the one in force, for the machine to fetch"),
     ):
         decided = action(name, text)
         add = adder(decided)
@@ -85,7 +102,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         add("--who PERSON", "who decides", required=True)
         add("--why TEXT", "why", required=True)
         if name == "accept":
-            add("-o, --output MODEL", "file of the model, a new one", Path, required=True)
+            add("-o, --output MODEL", "write it there, too, a new file", Path)
+    fetched = action(
+        "fetch",
+        "at a machine: bring its accepted model into its folder of models",
+        "configuration MACHINE.toml",
+    )
+    add_json(fetched)
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -107,7 +130,8 @@ def run(arguments: argparse.Namespace) -> int:
         sys.stdout.write(f"The registry is made; its lake is {lake}.\n")
         return 0
     actions = {"add": _add, "night": _night, "show": _show, "machine": _machine}
-    actions |= {"accept": _decide, "reject": _decide}
+    actions |= {"accept": _decide, "reject": _decide, "fetch": _fetch}
+    actions |= {"withdraw": _withdraw, "rollback": _roll_back}
     with fleet.Registry(*address) as registry:
         return actions[arguments.action](arguments, registry)
 
@@ -201,7 +225,8 @@ def _machine(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
             *values_of(one, "sha256", "parent_sha256", "accepted", "who", "why"),
             Value("day", one.day.isoformat(), "night of"),
             Value("", one.sha256[:12], "model"),
-            Value("", {None: "open", True: "accepted", False: "rejected"}[one.accepted], "state"),
+            Value("withdrawn", None if one.withdrawn is None else list(one.withdrawn)),
+            Value("state", str(one.state), "state"),
             Value("", one.who, "by"),
         ]
         for one in registry.proposals(machine.name)
@@ -223,21 +248,55 @@ def _machine(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
 
 
 def _decide(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
-    """Store what a person decides; an accepted model is written first, so that it is there."""
+    """Store what a person decides; an accepted model may be written as a file, too."""
     accepted, name = arguments.action == "accept", arguments.machine
-    if accepted and arguments.output.exists():
-        raise ConfigurationError("file_exists", place=Place(str(arguments.output)))
+    output: Path | None = arguments.output if accepted else None
+    if output is not None and output.exists():
+        raise ConfigurationError("file_exists", place=Place(str(output)))
     found = registry.decide(name, accepted=accepted, who=arguments.who, why=arguments.why)
-    if not accepted:
-        sys.stdout.write(f"The proposal {found.sha256[:12]} for {name} is rejected.\n")
-        return 0
-    write_model(parse_model(found.content, name=name), arguments.output)
+    said = "accepted" if accepted else "rejected"
+    sys.stdout.write(f"The proposal {found.sha256} for {name} is {said}.\n")
+    if output is not None:
+        write_model(parse_model(found.content, name=name), output)
+        sys.stdout.write(f"written: {printable(str(output))}\n")
+    if accepted:
+        sys.stdout.write(f"Nothing is changed on the machine: {_AT_MACHINE}\n")
+    return 0
+
+
+def _withdraw(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    for one in registry.withdraw(arguments.machine, who=arguments.who, why=arguments.why):
+        sys.stdout.write(f"{one.sha256} is withdrawn. {_WITHDRAWN[one.state]}\n")
+    return 0
+
+
+def _roll_back(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    found = registry.roll_back(arguments.machine, who=arguments.who, why=arguments.why)
     sys.stdout.write(
-        f"written: {printable(str(arguments.output))}, {found.sha256}\nNothing is changed on the"
-        f" machine: put it into its folder of models and choose it there; then thermaxis fleet add"
-        " tells the registry.\n"
+        f"{found.sha256} is accepted in place of {found.parent_sha256}, and all others are"
+        f" withdrawn.\nNothing is changed on the machine: {_AT_MACHINE}\n"
     )
     return 0
+
+
+def _fetch(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    """Fetch; the code is 1 where a withdrawn model cannot be removed."""
+    configuration = read_machine(arguments.configuration)
+    found = fleet.fetch(configuration, registry)
+    news = ", which is new to the registry" if found.reported else ""
+    said = [f"{found.machine} has {found.model_sha256[:12]} in force{news}."]
+    said += [f"removed, as it was withdrawn: {name}" for name in found.removed]
+    if found.model is None:
+        said.append("There is no accepted model to fetch.")
+    else:
+        proposal = Path(found.model).with_suffix(PROPOSAL_SUFFIX)
+        command = f"thermaxis relearn {arguments.configuration.name} --accept {proposal}"
+        said.append(f"{'written' if found.written else 'there already'}: {found.model}")
+        said += ["Nothing is changed: choose it on the page of models, or by", command]
+    keys = ("machine", "model_sha256", "reported", "model", "written", "removed")
+    parts = [*said, *values_of(found, *keys), *messages_of("remarks", found.remarks, "remark")]
+    show(parts, arguments.json)
+    return 1 if found.remarks else 0
 
 
 def _outputs(night: fleet.StoredNight) -> Mapping[str, Mapping[str, Any]]:

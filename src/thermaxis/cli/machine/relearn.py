@@ -7,7 +7,6 @@ in force before comes back by `--rollback`.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -23,14 +22,22 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_model
 from thermaxis.files.settings import read_json_object
 from thermaxis.messages import sentence_of, text_of
-from thermaxis.report import write_bytes
 from thermaxis.report.tables import Part, Table, Value, as_json
-from thermaxis.runtime import MachineConfiguration, StateFile, history, read_machine
-from thermaxis.runtime.config import ModelFile, read_model_file
+from thermaxis.runtime import (
+    PROPOSAL_SUFFIX,
+    MachineConfiguration,
+    ModelFile,
+    choosable_name,
+    history,
+    model_folder,
+    model_in_force,
+    read_machine,
+    write_proposal,
+)
+from thermaxis.runtime.config import read_model_file
 from thermaxis.runtime.host import ask_loop
 
 _DAY_S = 86_400.0
-_SUFFIX = ".proposal"
 _LARGEST_BYTES = 1_000_000
 
 
@@ -57,8 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
                 "options_exclude", place=place, one="--accept", other="--rollback"
             )
         return _ask(configuration, arguments.accept)
-    folder = _folder(configuration)
-    known = _in_force(configuration)
+    folder = model_folder(configuration)
+    known = model_in_force(configuration)
     historian = configuration.historian
     with history.HistoryReader(historian.url, historian.password.reveal()) as reader:
         ends = reader.span()
@@ -77,41 +84,14 @@ def run(arguments: argparse.Namespace) -> int:
         when = f"{last.astimezone(UTC):%Y%m%d-%H%M}"
         path = folder / f"relearnt-{when}-{known.sha256[:8]}.json"  # never that of its parent
         write_model(_with_origin(found.model, known, log, judged), path)
-        written = [path, path.with_suffix(_SUFFIX)]
-    parent = _choosable(folder, known) if written else None
+        written = [path, path.with_suffix(PROPOSAL_SUFFIX)]
+    parent = choosable_name(folder, known) if written else None
     times = (first, judged, last)
     parts = list(_described(configuration, found, (known.sha256, parent), times, written))
     if written:
-        text = json.dumps(as_json(parts), indent=1, allow_nan=False) + "\n"
-        write_bytes(written[1], text.encode("ascii"))
+        write_proposal(written[0], as_json(parts))
     show(parts, arguments.json, written)
     return 0
-
-
-def _folder(configuration: MachineConfiguration) -> Path:
-    """Return the folder from which a person may choose a model."""
-    if configuration.machine.model_folder is None:
-        place = Place(str(configuration.path), key="machine.model_folder")
-        raise ConfigurationError("no_model_folder", place=place)
-    return configuration.machine.model_folder
-
-
-def _in_force(configuration: MachineConfiguration) -> ModelFile:
-    """Return the model that the loop has, or will begin with."""
-    saved, _ = StateFile(configuration.state_file).load(configuration.compensation)
-    if saved is None or saved.model_sha256 == configuration.model.sha256:
-        return configuration.model
-    return read_model_file(configuration.find_model(saved.model_file))
-
-
-def _choosable(folder: Path, known: ModelFile) -> str:
-    """Return the name by which the model in force is chosen again; a copy where it had none."""
-    path, inside = known.path.resolve(), folder.resolve()
-    if path.is_relative_to(inside):
-        return str(path.relative_to(inside))
-    copy = folder / f"before-{known.sha256[:8]}.json"
-    write_model(known.model, copy)
-    return copy.name
 
 
 def _with_origin(
@@ -209,9 +189,9 @@ def _output(one: thermal.RelearnedOutput) -> list[Value]:
 
 def _ask(configuration: MachineConfiguration, proposal: Path | None) -> int:
     """Ask the loop for the model of a proposal, or for the one before that in force."""
-    folder, known = _folder(configuration), _in_force(configuration)
+    folder, known = model_folder(configuration), model_in_force(configuration)
     if proposal is not None:
-        path = folder / proposal.with_suffix(_SUFFIX).name
+        path = folder / proposal.with_suffix(PROPOSAL_SUFFIX).name
         told = read_json_object(path, largest_bytes=_LARGEST_BYTES)
         name, sha256 = str(told.get("proposal")), told.get("proposal_sha256")
         if told.get("parent_sha256") != known.sha256:
@@ -219,7 +199,7 @@ def _ask(configuration: MachineConfiguration, proposal: Path | None) -> int:
     else:
         every = (
             read_json_object(path, largest_bytes=_LARGEST_BYTES)
-            for path in sorted(folder.glob(f"*{_SUFFIX}"))
+            for path in sorted(folder.glob(f"*{PROPOSAL_SUFFIX}"))
         )
         told = next((one for one in every if one.get("proposal_sha256") == known.sha256), None)
         if told is None:

@@ -1,3 +1,4 @@
+from ._document import write_document as write_document
 from ._lines import with_lines as with_lines
 from ._mistakes import schema_of as schema_of
 from ._moments import day_of as day_of, duration_of as duration_of, moment_of as moment_of
