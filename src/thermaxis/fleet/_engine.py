@@ -4,6 +4,8 @@ Nothing durable is in an engine. Results come as they are ready; whoever ends th
 was stored.
 """
 
+import faulthandler
+from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
@@ -14,6 +16,8 @@ from thermaxis.errors import DataError
 
 TRIES: Final = 2
 """A job that has failed so often is set aside. [1]"""
+_LONGEST_S: Final = 600.0
+_PATIENCE: Final = 3
 _AT_ONCE: Final = 4
 _MEMORY: Final = "1GB"
 _J = TypeVar("_J")
@@ -27,6 +31,8 @@ class Engine(NamedTuple):
     """It takes a job."""
     window: int
     """Jobs that it is given at once: it always has the next ones, and never all. [1]"""
+    longest_s: float = 0.0
+    """A job that takes longer ends its process, and with it fails; 0 for none. [s]"""
 
 
 def results_of(
@@ -34,24 +40,34 @@ def results_of(
 ) -> Iterator[tuple[_J, _R | BaseException]]:
     """Yield every job with its result, as they come; with its error where it failed twice.
 
+    It is tried again at the end, alone: what ends its worker takes no other job along twice.
+
     Raises
     ------
     DataError
-        If the engine is lost.
+        If the engine is lost, or ends no job for long.
     """
     waiting = iter(jobs)
     running: dict[Future[_R], tuple[_J, int]] = {}
+    again: deque[tuple[_J, int]] = deque()
 
     def submit(job: _J, tried: int) -> None:
-        running[engine.executor.submit(work, job)] = job, tried
+        future = engine.executor.submit(_in_time, engine.longest_s, work, job)
+        running[future] = job, tried
 
     try:
         while True:
             for job in islice(waiting, engine.window - len(running)):
                 submit(job, 1)
             if not running:
-                return
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                if not again:
+                    return
+                submit(*again.popleft())
+            patience_s = _PATIENCE * engine.longest_s or None
+            ended = wait(running, patience_s, FIRST_COMPLETED).done
+            if not ended:  # of jobs that end or are ended: there is no worker
+                raise DataError("scheduler_idle", took_s=patience_s)
+            for future in ended:
                 job, tried = running.pop(future)
                 if future.cancelled():
                     raise DataError("scheduler_lost")
@@ -59,12 +75,22 @@ def results_of(
                 if error is None:
                     yield job, future.result()
                 elif tried < TRIES:
-                    submit(job, tried + 1)
+                    again.append((job, tried + 1))
                 else:
                     yield job, error
     finally:
         for future in running:
             future.cancel()
+
+
+def _in_time(longest_s: float, work: Callable[[_J], _R], job: _J) -> _R:
+    """Work, and end this process where it takes too long: nothing else ends what hangs in C."""
+    if longest_s:
+        faulthandler.dump_traceback_later(longest_s, exit=True)
+    try:
+        return work(job)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
 
 
 @contextmanager
@@ -75,11 +101,27 @@ def serial_engine() -> Generator[Engine]:
 
 
 @contextmanager
-def dask_engine(scheduler: str = "", workers: int = 2) -> Generator[Engine]:
+def dask_engine(
+    scheduler: str = "",
+    workers: int = 2,
+    *,
+    longest_s: float = _LONGEST_S,
+    memory: str = _MEMORY,
+) -> Generator[Engine]:
     """Work in processes of this computer, or of a cluster that exists.
 
-    Of one's own cluster a worker has one job at a time and 1 GB of memory; a worker that dies is
-    replaced, and its job is given to another one once before that counts as a try.
+    Parameters
+    ----------
+    scheduler : str
+        Address of a Dask scheduler. Default: a cluster of one's own, on this computer.
+    workers : int
+        Processes of one's own cluster, with one job at a time each. One that dies is replaced, and
+        its job has failed. [1]
+    longest_s : float
+        A job that takes longer ends its worker, after the lines on which it stood were written to
+        the standard error. [s]
+    memory : str
+        A worker of one's own cluster that has more is ended.
 
     Raises
     ------
@@ -91,9 +133,11 @@ def dask_engine(scheduler: str = "", workers: int = 2) -> Generator[Engine]:
 
     distributed: Any = d
     rules: dict[str, Any] = {
-        "distributed.scheduler.allowed-failures": 1,
-        "distributed.scheduler.worker-saturation": 1.0,
         "distributed.comm.timeouts.connect": "10s",
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.scheduler.worker-saturation": 1.0,
+        # who has much memory goes on or ends; one that waits for less would wait for ever
+        **{f"distributed.worker.memory.{what}": False for what in ("target", "spill", "pause")},
     }
     with ExitStack() as stack:
         stack.enter_context(config.set(rules))
@@ -103,13 +147,15 @@ def dask_engine(scheduler: str = "", workers: int = 2) -> Generator[Engine]:
                 threads_per_worker=1,
                 host="127.0.0.1",
                 dashboard_address=None,
-                memory_limit=_MEMORY,
+                memory_limit=memory,
                 silence_logs=50,
             )
         )
         try:
             client: Any = stack.enter_context(distributed.Client(address))
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError) as error:  # TypeError: TLS without certificates
             raise DataError("scheduler_out_of_reach", cause=str(error)) from error
         threads = sum(client.nthreads().values()) if scheduler else workers
-        yield Engine(client.get_executor(pure=False), _AT_ONCE * max(threads, 1))
+        yield Engine(
+            client.get_executor(pure=False), _AT_ONCE * max(threads, 1), longest_s=longest_s
+        )

@@ -3,6 +3,7 @@
 import os
 import signal
 from collections.abc import Iterator
+from concurrent.futures import Executor, Future
 from pathlib import Path
 
 import pytest
@@ -86,17 +87,34 @@ def test_who_goes_away_leaves_nothing_running(engine):
     assert dict(results_of(engine, doubled, [7])) == {7: 14}
 
 
-def died(path: Path) -> int:
-    """End the worker as a lack of memory does, the first time."""
-    if not path.exists():
-        path.touch()
+def deadly(job: tuple[Path, str]) -> str:
+    """End the worker as a lack of memory does: once, always or never."""
+    folder, name = job
+    with (folder / name).open("a", encoding="ascii") as stream:
+        stream.write("x")
+    tries = len((folder / name).read_text("ascii"))
+    if name == "always" or (name == "once" and tries == 1):
         os.kill(os.getpid(), signal.SIGKILL)
-    return 1
+    return name
 
 
-def test_a_worker_that_is_killed_costs_no_result(dask_of_two, tmp_path):
-    jobs = [tmp_path / str(k) for k in range(2)]
-    assert dict(results_of(dask_of_two, died, jobs)) == dict.fromkeys(jobs, 1)
+def test_a_job_that_ends_its_worker_is_set_aside_and_costs_no_other_job(dask_of_two, tmp_path):
+    names = ["always", "once", *(f"job {k}" for k in range(8))]
+    found = dict(results_of(dask_of_two, deadly, [(tmp_path, name) for name in names]))
+    error = found.pop((tmp_path, "always"))
+    assert "died" in str(error)
+    assert set(found.values()) == set(names[1:])
+    assert len((tmp_path / "always").read_text("ascii")) == TRIES
+
+
+def test_workers_that_are_not_there_are_not_waited_for_for_ever():
+    class Empty(Executor):
+        def submit(self, fn, /, *args, **kwargs):
+            return Future()
+
+    found = results_of(Engine(Empty(), 2, longest_s=0.01), doubled, [1])
+    with pytest.raises(DataError, match="No job has ended"):
+        next(found)
 
 
 def test_a_scheduler_that_is_not_there_is_said():
