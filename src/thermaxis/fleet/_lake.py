@@ -10,7 +10,7 @@ import hashlib
 import io
 import os
 import re
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import date, timedelta
 from pathlib import Path, PurePosixPath
@@ -148,7 +148,9 @@ class Lake:
                 found.append(date.fromisoformat(PurePosixPath(path).name.removeprefix("day=")))
         return sorted(found)
 
-    def minutes(self, machine: str, day: date, days_back: int = 0) -> list[pl.DataFrame]:
+    def minutes(
+        self, machine: str, day: date, days_back: int = 0, formerly: Sequence[str] = ()
+    ) -> list[pl.DataFrame]:
         """Return the minutes of a day and of those before it, a frame for every part.
 
         Parameters
@@ -159,6 +161,8 @@ class Lake:
             The last day.
         days_back : int
             Days before it. [1]
+        formerly : sequence of str
+            Other names of the machine; of parts with the same ids that of its name counts.
 
         Returns
         -------
@@ -171,11 +175,15 @@ class Lake:
             If a file is not what its sum says, or the lake cannot be read.
         """
         days = (day - timedelta(days=back) for back in range(days_back, -1, -1))
-        return [frame for one in days for frame in self._day(machine, one)]
+        names = [*formerly, machine]
+        return [
+            self.frame(str(part.folder), part) for one in days for part in self._day(names, one)
+        ]
 
-    def _day(self, machine: str, day: date) -> Iterator[pl.DataFrame]:
-        folder = f"{machine_folder(Path(), machine)}/day={day.isoformat()}"
-        yield from (self.frame(folder, part) for part in unjoined(self.parts(folder)))
+    def _day(self, names: Sequence[str], day: date) -> list[Part]:
+        folders = [f"{machine_folder(Path(), name)}/day={day.isoformat()}" for name in names]
+        found = {part[:2]: part for folder in folders for part in self.parts(folder)}
+        return unjoined(found.values())
 
     def frame(self, folder: str, part: Part) -> pl.DataFrame:
         """Return the minutes of a part, checked against their sum."""

@@ -45,7 +45,7 @@ def work(job: NightJob) -> NightResult | None:
     return night(
         machine.name,
         parse_model(machine.model, name=machine.name),
-        Lake(job.lake).minutes(machine.name, job.day, job.days_back),
+        Lake(job.lake).minutes(machine.name, job.day, job.days_back, machine.formerly),
         job.day,
         channels=machine.channels,
     )

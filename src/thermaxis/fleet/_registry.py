@@ -3,6 +3,7 @@
 ============  =====================================================================================
 ``registry``  what is known of the whole, by name: version of the tables, lake
 ``machines``  name, kind, sensor map, and the model in force
+``formerly``  other names by which a machine was known, or under which it was merged
 ``models``    every model that was ever in force, with its parent and why; none is changed
 ``nights``    what a night has found; once for machine, day, model and version of the program
 ``proposals`` models that nights have proposed, once for machine, parent and model
@@ -60,6 +61,12 @@ _machines = sa.Table(
     sa.Column("channels", sa.Text, nullable=False),
     sa.Column("model_sha256", sa.Text, nullable=False),
     sa.Column("added_utc", _MOMENT, nullable=False),
+)
+_formerly = sa.Table(
+    "formerly",
+    metadata,
+    sa.Column("name", sa.Text, primary_key=True),
+    sa.Column("machine_id", _ID, sa.ForeignKey("machines.id"), nullable=False),
 )
 _models = sa.Table(
     "models",
@@ -155,6 +162,8 @@ class FleetMachine:
     """Its hash."""
     channels: Mapping[str, str] = field(default_factory=dict[str, str])
     """Column of its history by channel or output of the model, where it has another name."""
+    formerly: tuple[str, ...] = ()
+    """Other names by which it was known."""
 
 
 @final
@@ -301,6 +310,11 @@ class Registry:
         """Add a machine, or give one another kind, sensor map and model; return whether it is new.
 
         A model that was in force before, too, keeps the parent and the reason that it had.
+
+        Raises
+        ------
+        ConfigurationError
+            If the machine has another name by now.
         """
         now = datetime.now(UTC)
         changed = {
@@ -309,6 +323,10 @@ class Registry:
             "model_sha256": machine.model_sha256,
         }
         with self._asked() as connection:
+            now_called = _renamed(connection).get(machine.name)
+            if now_called is not None:
+                values = {"name": machine.name, "other": now_called}
+                raise ConfigurationError("machine_renamed", place=self._place, **values)
             row = {"name": machine.name, "added_utc": now, **changed}
             new = _inserted(connection, _machines, [row]) == 1
             own = sa.select(_machines).where(_machines.c.name == machine.name)
@@ -339,8 +357,37 @@ class Registry:
         self.add(told, known_as.get(told.model_sha256) or "chosen at the machine")
         return True
 
+    def rename(self, former: str, name: str) -> bool:
+        """Give a machine another name; return whether another one has it and takes its place.
+
+        What is stored goes on under the other name. Where a machine has that already, the two are
+        one: it keeps what is stored of it, and what is stored of the former stays under its own.
+
+        Raises
+        ------
+        ConfigurationError
+            If no machine has the former name.
+        """
+        (known,) = self.machines([former])
+        former = known.name
+        if former == name:
+            return False
+        c, f = _machines.c, _formerly.c
+        with self._asked() as connection:
+            every = sa.select(c.name, c.id).where(c.name.in_([former, name]))
+            ids = {row.name: row.id for row in connection.execute(every)}
+            merged = name in ids
+            if not merged:
+                connection.execute(sa.update(_machines).where(c.name == former).values(name=name))
+            kept = {"machine_id": ids.get(name, ids.get(former))}
+            own = f.machine_id == ids.get(former)
+            connection.execute(sa.update(_formerly).where(own).values(**kept))
+            connection.execute(sa.delete(_formerly).where(f.name.in_([former, name])))
+            connection.execute(sa.insert(_formerly).values(name=former, **kept))
+        return merged
+
     def machines(self, names: Sequence[str] = ()) -> list[FleetMachine]:
-        """Return machines by name, all of them where none is named.
+        """Return machines by name, also by a former one, all of them where none is named.
 
         Raises
         ------
@@ -352,12 +399,21 @@ class Registry:
         query = (
             sa.select(c.name, c.kind, _models.c.content, c.model_sha256, c.channels)
             .join(_models, both)
+            .where(_alive())
             .order_by(c.name)
         )
         with self._asked() as connection:
             rows = connection.execute(query).all()
-        every = [FleetMachine(*row[:4], channels=json.loads(row[4])) for row in rows]
+            renamed = _renamed(connection)
+        formerly: dict[str, list[str]] = {}
+        for former, name in renamed.items():
+            formerly.setdefault(name, []).append(former)
+        every = [
+            FleetMachine(*row[:4], json.loads(row[4]), tuple(formerly.get(row.name, ())))
+            for row in rows
+        ]
         known = {machine.name: machine for machine in every}
+        names = [renamed.get(name, name) for name in names]
         for name in names:
             if name not in known:
                 raise ConfigurationError(
@@ -438,8 +494,7 @@ class Registry:
         ).join(_machines, c.id == night.machine_id)
         if day is not None:
             query = query.where(night.day == day)
-        if machine is not None:
-            query = query.where(c.name == machine)
+        query = query.where(_alive() if machine is None else c.name == machine)
         with self._asked() as connection:
             rows = connection.execute(query.order_by(night.day, c.name, night.id)).all()
         return [StoredNight(*row[:5], result=json.loads(row[5])) for row in rows]
@@ -467,6 +522,7 @@ class Registry:
             If there is none, or it was decided on already.
         """
         (known,) = self.machines([machine])
+        machine = known.name
         with self._asked() as connection:
             every = _proposals_of(connection, machine)
             fits = [i for i, one in every.items() if one.parent_sha256 == known.model_sha256]
@@ -517,6 +573,7 @@ class Registry:
             If the machine is not known, or nothing was accepted.
         """
         (known,) = self.machines([machine])
+        machine = known.name
         with self._asked() as connection:
             every = list(_proposals_of(connection, machine).values())
             found = [one for one in every if one.state in _TO_FETCH] or [
@@ -539,6 +596,7 @@ class Registry:
             If the machine is not known, had no other model before, or this was withdrawn.
         """
         (known,) = self.machines([machine])
+        machine = known.name
         m, p = _models.c, _proposals.c
         with self._asked() as connection:
             own = connection.execute(
@@ -625,6 +683,17 @@ def _proposals_of(
             *row[1:], state=state, withdrawn=reached.get(ProposalState.WITHDRAWN)
         )
     return found
+
+
+def _alive() -> sa.ColumnElement[bool]:
+    """Choose machines that were not merged with another one."""
+    return _machines.c.name.not_in(sa.select(_formerly.c.name))
+
+
+def _renamed(connection: sa.Connection) -> dict[str, str]:
+    """Return the names of today by former ones."""
+    query = sa.select(_formerly.c.name, _machines.c.name).join(_machines)
+    return {row[0]: row[1] for row in connection.execute(query.order_by(_formerly.c.name))}
 
 
 def _checked(url: str, *, made: bool) -> Place:

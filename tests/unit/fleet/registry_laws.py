@@ -1,9 +1,10 @@
 """What every database of a registry must hold; SQLite and PostgreSQL are both asked."""
 
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
-from threading import Barrier, Thread
 
 import pytest
 
@@ -26,6 +27,10 @@ def result_of(machine: FleetMachine, minutes: int = 1440) -> NightResult:
         outcome=NightOutcome.UNVERIFIED,
         minutes=minutes,
     )
+
+
+def twenty() -> list[FleetMachine]:
+    return [machine_of(f"M{k:02}") for k in range(20)]
 
 
 class RegistryLaws:
@@ -78,27 +83,73 @@ class RegistryLaws:
             other = [replace(result_of(machines[1]), day=LAST - timedelta(days=k)) for k in (1, 2)]
             assert registry.record(other) == 2  # nights of one machine that come at once
 
-    def test_of_two_programs_at_once_each_night_is_stored_by_one(self, made: Made) -> None:
-        machines = [machine_of(f"M{k:02}") for k in range(20)]
+    def test_of_two_programs_at_once_each_night_is_stored_by_one(
+        self, made: Made, url: str, password: str
+    ) -> None:
+        machines = twenty()
         with made() as registry:
             for machine in machines:
                 registry.add(machine, "first")
-        begin, stored = Barrier(2), list[int]()
-
-        def coordinator(minutes: int) -> None:
-            with made() as registry:
-                begin.wait()
-                stored.extend(registry.record([result_of(one, minutes)]) for one in machines)
-
-        both = [Thread(target=coordinator, args=(minutes,)) for minutes in (1, 2)]
+        both = [
+            subprocess.Popen(
+                [sys.executable, "-m", __name__, url, password, minutes],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+            )
+            for minutes in ("1", "2")
+        ]
         for one in both:
-            one.start()
+            assert one.stdout is not None
+            one.stdout.readline()  # it is ready
         for one in both:
-            one.join()
+            assert one.stdin is not None
+            one.stdin.write("go\n")
+            one.stdin.flush()
+        stored = [int(count) for one in both for count in one.communicate()[0].split()]
         with made() as registry:
             nights = registry.nights(LAST)
         assert (len(stored), sum(stored), len(nights)) == (40, 20, 20)
         assert {one.result["minutes"] for one in nights} <= {1, 2}
+
+    def test_a_renamed_machine_keeps_what_is_stored_and_is_not_added_again(
+        self, made: Made
+    ) -> None:
+        with made() as registry:
+            one, other = machine_of("old"), machine_of("other")
+            for machine in (one, other):
+                registry.add(machine, "first")
+            registry.record([replace(result_of(one), proposal=model_of(1.1 * GAIN))])
+            assert not registry.rename("old", "new")
+            assert not registry.rename("old", "new")  # said twice
+            assert registry.machines() == [replace(one, name="new", formerly=("old",)), other]
+            assert registry.machines(["old"]) == registry.machines(["new"])
+            with pytest.raises(ConfigurationError, match="is called new by now"):
+                registry.add(one, "by a script that does not know")
+            assert [night.machine for night in registry.nights()] == ["new"]
+            assert registry.decide("old", accepted=True, who="A", why="w").machine == "new"
+            with pytest.raises(ConfigurationError, match="nobody"):
+                registry.rename("nobody", "new")
+            registry.rename("new", "third")
+            registry.rename("third", "new")  # and back
+            assert registry.machines(["new"])[0].formerly == ("old", "third")
+            assert [model.why for model in registry.models("new")] == ["first"]
+
+    def test_a_machine_under_two_names_becomes_one_and_nothing_counts_twice(
+        self, made: Made
+    ) -> None:
+        with made() as registry:
+            machines = [machine_of("A"), machine_of("B")]
+            for machine in machines:
+                registry.add(machine, "first")
+            registry.record(map(result_of, machines))
+            assert registry.rename("A", "B")
+            assert registry.machines() == [replace(machines[1], formerly=("A",))]
+            assert [one.machine for one in registry.nights(LAST)] == ["B"]
+            assert [one.machine for one in registry.nights(machine="A")] == ["A"]
+            assert registry.missing(LAST) == []
+            with pytest.raises(ConfigurationError, match="is called B by now"):
+                registry.add(machines[0], "again")
 
     def test_a_proposal_is_stored_once_and_the_first_decision_stands(self, made: Made) -> None:
         machine, better = machine_of("A"), model_of(1.1 * GAIN)
@@ -132,7 +183,7 @@ class RegistryLaws:
             registry.record([result_of(machine_of("A"))])
             with registry._asked() as connection:
                 for statement in (
-                    "DROP TABLE steps",
+                    *("DROP TABLE steps", "DROP TABLE formerly"),
                     "ALTER TABLE nights DROP COLUMN last_id",
                     *(["DROP TABLE decisions", "DROP TABLE proposals"] if version == 1 else []),
                     f"UPDATE registry SET value = '{version}' WHERE name = 'version'",  # noqa: S608 - a number
@@ -171,3 +222,16 @@ class RegistryLaws:
             connection.exec_driver_sql("DELETE FROM registry")
         with pytest.raises(DataError, match="no registry"):
             Registry(url, password)
+
+
+def _coordinate() -> None:
+    """Store a night of every machine as a program of its own, once it is told to."""
+    with Registry(*sys.argv[1:3]) as registry:
+        print("ready", flush=True)
+        sys.stdin.readline()
+        for one in twenty():
+            print(registry.record([result_of(one, int(sys.argv[3]))]), flush=True)
+
+
+if __name__ == "__main__":
+    _coordinate()

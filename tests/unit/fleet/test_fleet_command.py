@@ -94,6 +94,16 @@ def test_a_person_accepts_a_proposal_and_has_its_model_to_choose_at_the_machine(
     assert "accepted" in capsys.readouterr().out
 
 
+def test_another_name_of_a_machine_is_said(fleet, capsys):
+    renamed = ["fleet", "add", "registry.db", "Lathe 4", "model.json", "--renames"]
+    assert main([*renamed, "good"]) == 0
+    assert "Lathe 4 was called good" in capsys.readouterr().out
+    assert main([*renamed, "wrong"]) == 0
+    assert "Lathe 4 is one with it" in capsys.readouterr().out
+    shown = answer(capsys, "machine", "registry.db", "good")
+    assert (shown["name"], shown["formerly"]) == ("Lathe 4", ["good", "wrong"])
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

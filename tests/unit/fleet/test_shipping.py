@@ -155,6 +155,19 @@ def test_a_day_that_holds_other_hours_than_were_shipped_is_kept_apart(tmp_path, 
     assert minutes["T_spindle_C_count"].sum() == 4
 
 
+def test_a_machine_that_was_renamed_is_read_under_both_names_and_no_part_twice(tmp_path, lake):
+    shipped(written(tmp_path / "machine", 1.5), lake)
+    (there,) = lake.glob("machine=*")
+    shutil.copytree(there, lake / "machine=renamed")  # its folder was renamed, too, and shipped
+    shutil.rmtree(there / "day=2026-11-04")
+    last = BEGIN.date() + timedelta(days=1)
+    minutes = pl.concat(Lake(str(lake)).minutes("renamed", last, 1, ["machine"]))
+    assert minutes["T_spindle_C_count"].sum() == 1.5 * DAY - 1  # the last hour is not closed
+    shutil.rmtree(lake / "machine=renamed" / "day=2026-11-03")
+    again = pl.concat(Lake(str(lake)).minutes("renamed", last, 1, ["machine"]))
+    assert again.equals(minutes)
+
+
 def test_a_cut_file_is_said_not_sent_and_holds_nothing_up(tmp_path, lake):
     history = written(tmp_path / "machine")
     (cut,) = (tmp_path / "machine" / "lathe").glob("*/day=2026-11-03/cycles-*.parquet")

@@ -66,6 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         many=True,
     )
     add("--why TEXT", "why this model (default: added)", default="added")
+    add("--renames OLD", "the machine was called so; or it is that one, too, and both are one")
     nights = action("night", "verify every machine's model on a day, from the lake")
     add = adder(nights)
     add("--day DATE", "the day, UTC (default: yesterday)", day)
@@ -147,6 +148,12 @@ def _add(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     machine = fleet.FleetMachine(
         *(arguments.machine, arguments.kind, format_model(model), model_sha256(model)), channels
     )
+    former: str | None = arguments.renames
+    if former is not None:
+        stays = f"is one with it: what is stored of {former} stays under that name"
+        merged = registry.rename(former, arguments.machine)
+        known_as = stays if merged else f"was called {former}: what is stored of it goes on"
+        sys.stdout.write(f"{arguments.machine} {known_as}.\n")
     new = registry.add(machine, arguments.why)
     sys.stdout.write(f"{arguments.machine} is {'added' if new else 'changed'}.\n")
     return 0
@@ -234,6 +241,7 @@ def _machine(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     parts: list[Part] = [
         *values_of(machine, "name", "kind", "model_sha256"),
         Value("channels", dict(machine.channels)),
+        Value("formerly", list(machine.formerly), "also called"),
         Table(f"{machine.name} ({machine.kind}): models", models, key="models", words=3),
         Table("Proposals", proposals, key="proposals", words=4),
         Table(
