@@ -16,9 +16,9 @@ _F = NDArray[np.float64]
 _I = NDArray[np.intp]
 
 FEWEST: Final = 4
-"""Fewer touches of a day say nothing of a model. [1]"""
-REST_SHARE: Final = 0.25
-"""Sensors are compared in this share of a day's minutes, those in which they differ least. [1]"""
+"""Fewer touches or hours of a day say nothing. [1]"""
+FEWEST_MINUTES: Final = 30
+"""Sensors are compared in hours with so many minutes. [1]"""
 MOST_PAIRED: Final = 6
 """Among more channels of an output none are tried as swapped. [1]"""
 _CLIPPED, _DELTA = 4.0, 0.05
@@ -86,8 +86,9 @@ def signs_of(
         What can be said; nothing without days before.
     """
     last_s = float(log.time_s[-rows])
-    day = np.floor((log.time_s - last_s) / 86_400.0).astype(np.intp)
-    found = list(_levels(log, model, day))
+    hour = np.floor((log.time_s - last_s) / 3600.0).astype(np.intp)
+    day = hour // 24
+    found = list(_levels(log, model, hour))
     for output in model.outputs:
         if output.name in measured:
             alone = replace(model, outputs=(output,))
@@ -95,25 +96,28 @@ def signs_of(
     return tuple(found)
 
 
-def _levels(log: ThermalLog, model: CompensationModel, day: _I) -> Iterator[Sign]:
-    """Yield where each channel lies among the others when the machine is most at rest."""
+def _levels(log: ThermalLog, model: CompensationModel, hour: _I) -> Iterator[Sign]:
+    """Yield where each channel lies among the others in the hours in which least changes."""
     names = [name for name in model.channels if not np.all(np.isnan(log.columns[name]))]
-    if len(names) < 2:
+    values = np.column_stack([log.columns[name] for name in names] or [hour])
+    rows = ~np.isnan(values).any(axis=1)
+    if len(names) < 2 or not rows.any():
         return
-    values = np.column_stack([log.columns[name] for name in names])
-    days = np.unique(day)
+    apart = [values[rows, c] - np.median(np.delete(values[rows], c, 1), axis=1)
+             for c in range(len(names))]  # fmt: skip
+    hours, of_row, count = np.unique(hour[rows], return_inverse=True, return_counts=True)
+    hourly = np.column_stack([np.bincount(of_row, one) / count for one in apart])
+    changes = np.sum(np.abs(np.diff(hourly, axis=0)), axis=1) / np.diff(hours)
+    change = np.append(changes, changes[-1:]) + np.append(changes[:1], changes)
+    days = np.unique([*hours // 24, 0])
     levels = np.full((days.size, len(names)), np.nan)
     for k, one in enumerate(days.tolist()):
-        own = values[day == one]
-        own = own[~np.isnan(own).any(axis=1)]
-        if own.shape[0] < 60:  # an hour
-            continue
-        apart = np.sum(np.abs(own - np.median(own, axis=1)[:, None]), axis=1)
-        rest = np.median(own[apart <= np.quantile(apart, REST_SHARE)], axis=0)
-        for c in range(len(names)):
-            levels[k, c] = rest[c] - np.median(np.delete(rest, c))
+        own = np.flatnonzero((hours // 24 == one) & (count >= FEWEST_MINUTES))
+        if own.size >= FEWEST:
+            rest = own[np.argsort(change[own])[: max(own.size // 4, 2)]]
+            levels[k] = np.mean(hourly[rest], axis=0)
     for c, name in enumerate(names):
-        yield from _by_days(SignKind.LEVEL, "", name, levels[:, c], 0.02)
+        yield from _by_days(SignKind.LEVEL, "", name, levels[:, c], 0.05)
 
 
 def _by_days(
