@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from shutil import copytree
@@ -20,12 +21,13 @@ from thermaxis.cli.machine.commission import _record
 from thermaxis.cli.machine.relearn import _described
 from thermaxis.codes import Message
 from thermaxis.compensation import Output, Part
-from thermaxis.files import write_model
+from thermaxis.files import write_model, write_tidy_csv
 from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.report.tables import as_json
 from thermaxis.runtime import EventRecord, StepProof, SystemClock, read_machine
 from thermaxis.runtime.history import HistorianSettings, SqlHistorian
 from thermaxis.thermal import Candidate, Comparison, Proposal, RelearnedOutput
+from thermaxis.virtual import paper_x_axis
 
 pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
 
@@ -105,6 +107,11 @@ SAME_KEYS = {
             "trend.runs[].uncertainty",
             "trend.runs[].drift.iso230_2",
             "trend.runs[].drift.uncertainty",
+            *(
+                f"machine.axes[].runs[].{part}{key}"
+                for part in ("", "drift.")
+                for key in ("iso230_2", "uncertainty")
+            ),
         ),
         "figures",
     ),
@@ -296,6 +303,13 @@ def write_fleet(folder: Path, found: dict[str, set[str]]) -> None:
     keys_written([*night, "--dry-run"], "night", found)
     keys_written(night, "night", found)
     assert keys_written(["fleet", "show", registry, *json_words], "show", found)["nights"]
+    runs = [str(folder / f"{year}.csv") for year in (2024, 2025, 2026)]
+    for year, path in enumerate(runs, start=2024):
+        measured = paper_x_axis(year, cycles=5).test
+        start = datetime(year, 11, 23, tzinfo=UTC)
+        write_tidy_csv(replace(measured, start=start, end=None), path)
+    words = ["fleet", "collect", registry, *runs, "--machine", "A", *json_words]
+    keys_written(words, "collect", found)
     keys_written(["fleet", "machine", registry, "A", *json_words], "machine", found)
     (folder / "fetching").mkdir()
     machine = machine_file(folder / "fetching")

@@ -1,3 +1,11 @@
+from ._axes import (
+    AxisChange as AxisChange,
+    AxisRun as AxisRun,
+    AxisStep as AxisStep,
+    AxisTrend as AxisTrend,
+    axis_run as axis_run,
+    axis_trends as axis_trends,
+)
 from ._engine import (
     TRIES as TRIES,
     Engine as Engine,

@@ -9,6 +9,7 @@
 ``proposals`` models that nights have proposed, once for machine, parent and model
 ``decisions`` who has accepted or rejected one, when and why; the first decision stands
 ``steps``     what became of an accepted one: fetched, in force, withdrawn; each once
+``axis_runs`` positioning runs of axes over the years, each file once
 ============  =====================================================================================
 
 Unique keys decide between programs that write at once: the first one is kept.
@@ -32,6 +33,7 @@ from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import format_model, model_sha256
+from thermaxis.fleet._axes import AxisRun, axis_run_as_json, axis_run_of_json
 from thermaxis.fleet._night import NightResult, night_as_json
 from thermaxis.runtime.history import check_url, printable_cause, writing_engine
 
@@ -126,6 +128,20 @@ _steps = sa.Table(
     sa.Column("why", sa.Text, nullable=False),
     sa.Column("added_utc", _MOMENT, nullable=False),
     sa.UniqueConstraint("proposal_id", "step"),
+)
+
+_axis_runs = sa.Table(
+    "axis_runs",
+    metadata,
+    sa.Column("id", _ID, primary_key=True),
+    sa.Column("machine_id", _ID, sa.ForeignKey("machines.id"), nullable=False),
+    sa.Column("axis", sa.Text, nullable=False),
+    sa.Column("start_utc", _MOMENT, nullable=False),
+    sa.Column("name", sa.Text, nullable=False),
+    sa.Column("sha256", sa.Text, nullable=False, unique=True),
+    sa.Column("result", sa.Text, nullable=False),
+    sa.Column("added_utc", _MOMENT, nullable=False),
+    sa.UniqueConstraint("machine_id", "axis", "start_utc"),
 )
 
 
@@ -622,6 +638,71 @@ class Registry:
                 if one.accepted and one.sha256 != before.sha256:
                     _step(connection, machine, ProposalState.WITHDRAWN, who, why, one.sha256)
         return every[chosen]
+
+    # ---- axes -----------------------------------------------------------------------------------
+
+    def add_axis_run(self, run: AxisRun) -> bool:
+        """Store a positioning run; return whether neither its file nor its start was known.
+
+        The start tells that one run lies there in two formats.
+
+        Raises
+        ------
+        ConfigurationError
+            If the machine is not known, or the file was stored as another machine's.
+        """
+        c = _machines.c
+        with self._asked() as connection:
+            renamed = _renamed(connection)
+            name = renamed.get(run.machine, run.machine)
+            machine_id = connection.execute(sa.select(c.id).where(c.name == name)).scalar()
+            row = {
+                "machine_id": machine_id,
+                "axis": run.axis,
+                "start_utc": run.start,
+                "name": run.name,
+                "sha256": run.sha256,
+                "result": json.dumps(axis_run_as_json(run), allow_nan=False),
+                "added_utc": datetime.now(UTC),
+            }
+            new = machine_id is not None and _inserted(connection, _axis_runs, [row]) == 1
+            joined = sa.select(c.name).join(_axis_runs, _axis_runs.c.machine_id == c.id)
+            of_file = joined.where(_axis_runs.c.sha256 == run.sha256)
+            owner = connection.execute(of_file).scalar() or name
+        if machine_id is None:
+            self.machines([name])  # says which are known
+        if renamed.get(owner, owner) != name:
+            place = Place(run.name)
+            raise ConfigurationError("run_of_other_machine", name=owner, place=place)
+        return new
+
+    def axis_runs(self, machine: str) -> list[AxisRun]:
+        """Return the positioning runs of a machine, also by a former name, by axis and start."""
+        run, c = _axis_runs.c, _machines.c
+        with self._asked() as connection:
+            renamed = _renamed(connection)
+            machine = renamed.get(machine, machine)
+            names = [machine, *(old for old, new in renamed.items() if new == machine)]
+            query = (
+                sa.select(run.axis, run.name, run.sha256, run.start_utc, run.result)
+                .join(_machines, c.id == run.machine_id)
+                .where(c.name.in_(names))
+                .order_by(run.axis, run.start_utc)
+            )
+            rows = connection.execute(query).all()
+        return [
+            axis_run_of_json(
+                {
+                    "machine": machine,
+                    "axis": axis,
+                    "name": name,
+                    "sha256": sha256,
+                    "start": _utc(start),
+                },
+                json.loads(result),
+            )
+            for axis, name, sha256, start, result in rows
+        ]
 
 
 _TO_FETCH = frozenset({ProposalState.ACCEPTED, ProposalState.FETCHED})

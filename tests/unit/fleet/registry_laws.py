@@ -8,6 +8,7 @@ from datetime import timedelta
 
 import pytest
 
+from tests.unit.fleet.axis_histories import AXIS_RUN
 from tests.unit.fleet.fleet_machines import GAIN, LAST, machine_of, model_of
 from thermaxis import __version__
 from thermaxis.errors import ConfigurationError, DataError
@@ -174,6 +175,28 @@ class RegistryLaws:
             with pytest.raises(ConfigurationError, match="Nothing is proposed"):
                 registry.decide("A", accepted=True, who="Jan", why="w")
 
+    def test_a_positioning_run_is_stored_once_whatever_its_file(self, made: Made) -> None:
+        other_axis = replace(AXIS_RUN, axis="Y", sha256="y")
+        with made() as registry:
+            registry.add(machine_of("A"), "first")
+            registry.add(machine_of("B"), "first")
+            assert registry.add_axis_run(other_axis)
+            assert registry.add_axis_run(AXIS_RUN)
+            assert not registry.add_axis_run(AXIS_RUN)
+            assert not registry.add_axis_run(replace(AXIS_RUN, name="run.rtl", sha256="rtl"))
+            assert registry.axis_runs("A") == [AXIS_RUN, other_axis]
+            assert registry.axis_runs("B") == []
+            with pytest.raises(ConfigurationError, match="stored as a run of A"):
+                registry.add_axis_run(replace(AXIS_RUN, machine="B"))
+            with pytest.raises(ConfigurationError, match="A, B"):
+                registry.add_axis_run(replace(AXIS_RUN, machine="C", sha256="c"))
+            registry.rename("A", "B")
+            later = replace(AXIS_RUN, start=AXIS_RUN.start + timedelta(days=9), sha256="later")
+            assert registry.add_axis_run(later)  # its file states the former name
+            assert not registry.add_axis_run(replace(AXIS_RUN, machine="B"))
+            of_both = [replace(one, machine="B") for one in (AXIS_RUN, later, other_axis)]
+            assert registry.axis_runs("A") == registry.axis_runs("B") == of_both
+
     @pytest.mark.parametrize("version", [1, 2])
     def test_a_registry_of_a_version_before_is_brought_to_this_one(
         self, made: Made, url: str, password: str, version: int
@@ -183,7 +206,7 @@ class RegistryLaws:
             registry.record([result_of(machine_of("A"))])
             with registry._asked() as connection:
                 for statement in (
-                    *("DROP TABLE steps", "DROP TABLE formerly"),
+                    *("DROP TABLE steps", "DROP TABLE formerly", "DROP TABLE axis_runs"),
                     "ALTER TABLE nights DROP COLUMN last_id",
                     *(["DROP TABLE decisions", "DROP TABLE proposals"] if version == 1 else []),
                     f"UPDATE registry SET value = '{version}' WHERE name = 'version'",  # noqa: S608 - a number
@@ -193,6 +216,7 @@ class RegistryLaws:
             made()
         with Registry.make(url, "lake", password) as registry:
             assert registry.proposals("A") == []
+            assert registry.axis_runs("A") == []
             assert len(registry.nights(LAST)) == 1
             proposed = replace(
                 result_of(machine_of("A")), day=LAST - timedelta(days=1), proposal=model_of(1.0)

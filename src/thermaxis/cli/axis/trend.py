@@ -116,7 +116,7 @@ def described(trend: report.Trend) -> list[Part]:
         *shown,
         *([_UNCERTAINTY] if known else []),
         Value("runs", [as_json(_run(run)) for run in trend.runs]),
-        Value("changes", [as_json(_values_of(change)) for change in trend.changes]),
+        Value("changes", [as_json(values_of_change(change)) for change in trend.changes]),
         Section("", messages_of("warnings", trend.warnings, "warning")),
     ]
 
@@ -159,7 +159,8 @@ def _change(change: report.TrendChange, runs: int, unit: str) -> str:
     return f"{text}: {verdict} its U of {change.expanded_uncertainty:.2f} {unit} (95.45 %)"
 
 
-def _values_of(change: report.TrendChange) -> list[Value]:
+def values_of_change(change: report.TrendChange) -> list[Value]:
+    """Return a change for the JSON."""
     return [
         Value("figure", change.key),
         *values_of(change, "drift_free", "change", "expanded_uncertainty", "significant"),
@@ -175,15 +176,16 @@ def _run(run: report.TrendRun) -> list[Part]:
         Value("first_target", test.target[0]),
         Value("last_target", test.target[-1]),
         Value("cycles", test.cycles),
-        *_by_figure(run.measured),
+        *by_figure(run.measured),
     ]
     if drift is None:
         return [*parts, Value("drift", None)]
     values = values_of(drift, "model", "total", "total_per_m")
-    return [*parts, Section("drift", [*values, *_by_figure(run.drift_free)])]
+    return [*parts, Section("drift", [*values, *by_figure(run.drift_free)])]
 
 
-def _by_figure(figures: Mapping[str, report.TrendFigure]) -> list[Value]:
+def by_figure(figures: Mapping[str, report.TrendFigure]) -> list[Value]:
+    """Return the figures of a run for the JSON."""
     values = {key: getattr(figures.get(key), "value", None) for key in FIGURE_KEYS}
     stated = {key: getattr(figures.get(key), "expanded_uncertainty", None) for key in FIGURE_KEYS}
     return [Value("iso230_2", values), Value("uncertainty", stated)]

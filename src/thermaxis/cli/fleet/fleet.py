@@ -16,11 +16,23 @@ from thermaxis.cli._arguments import add_json, adder, count, day, refuse_both
 from thermaxis.cli._database import add_password_file, database_of
 from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
-from thermaxis.codes import Place, printable
-from thermaxis.errors import ConfigurationError
-from thermaxis.files import format_model, model_sha256, parse_model, read_model, write_model
+from thermaxis.cli._reading import Reading, add_reading, reading_of
+from thermaxis.cli.axis.trend import by_figure, values_of_change
+from thermaxis.codes import NOWHERE, Place, message_as_json, printable
+from thermaxis.errors import ConfigurationError, ThermaxisError
+from thermaxis.files import (
+    format_model,
+    model_sha256,
+    parse_model,
+    read_model,
+    read_positioning_with_sha256,
+    write_model,
+)
 from thermaxis.messages import text_of
-from thermaxis.report.tables import Part, Table, Value, messages_of, values_of
+from thermaxis.quantities import AxisKind
+from thermaxis.report import FIGURE_SYMBOLS
+from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of, values_of
+from thermaxis.report.trend import shown_figures
 from thermaxis.runtime import PROPOSAL_SUFFIX, read_machine
 
 _DAYS_BACK = 6
@@ -67,6 +79,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--why TEXT", "why this model (default: added)", default="added")
     add("--renames OLD", "the machine was called so; or it is that one, too, and both are one")
+    collected = action("collect", "store positioning runs of machines' axes, each once")
+    add = adder(collected)
+    add("runs RUN", "measured runs, or folders of them", Path, nargs="+")
+    add("--machine MACHINE", "whose they are (default: the machine that a run's file states)")
+    add("--axis AXIS", "of which axis (default: the axis that a run's file states)")
+    add_json(collected)
+    add_reading(collected, "a text")
     nights = action("night", "verify every machine's model on a day, from the lake")
     add = adder(nights)
     add("--day DATE", "the day, UTC (default: yesterday)", day)
@@ -132,7 +151,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     actions = {"add": _add, "night": _night, "show": _show, "machine": _machine}
     actions |= {"accept": _decide, "reject": _decide, "fetch": _fetch}
-    actions |= {"withdraw": _withdraw, "rollback": _roll_back}
+    actions |= {"withdraw": _withdraw, "rollback": _roll_back, "collect": _collect}
     with fleet.Registry(*address) as registry:
         return actions[arguments.action](arguments, registry)
 
@@ -157,6 +176,110 @@ def _add(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     new = registry.add(machine, arguments.why)
     sys.stdout.write(f"{arguments.machine} is {'added' if new else 'changed'}.\n")
     return 0
+
+
+# ---- axes ---------------------------------------------------------------------------------------
+
+_RUN_SUFFIXES = (".rtl", ".csv", ".dat", ".md", ".xlsx", ".xls")
+
+
+def _collect(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    """Store runs; the code is 1 where one could not be read or has no place among the others."""
+    files: list[Path] = []
+    for path in arguments.runs:
+        inside = sorted(path.rglob("*")) if path.is_dir() else [path]
+        files += (one for one in inside if one == path or one.suffix.lower() in _RUN_SUFFIXES)
+    reading, stored, unread = reading_of(arguments), 0, list[str]()
+    with Progress() as progress:
+        for done, path in enumerate(files):
+            progress("runs", done, len(files))
+            try:
+                stored += _collected(arguments, registry, path, reading)
+            except ThermaxisError as error:
+                if error.code == "registry_out_of_reach":
+                    raise
+                unread.append(f"{printable(str(path))}: {text_of(error.at(NOWHERE).message)}")
+    show(
+        [
+            Value("runs", len(files), "runs"),
+            Value("stored", stored, "stored"),
+            Value("known", len(files) - stored - len(unread), "known already"),
+            Value("unread", unread, "not stored"),
+        ],
+        arguments.json,
+    )
+    return 1 if unread else 0
+
+
+def _collected(
+    arguments: argparse.Namespace, registry: fleet.Registry, path: Path, reading: Reading
+) -> bool:
+    test, sha256 = read_positioning_with_sha256(path, **reading)
+    machine: str = arguments.machine or test.header.get("machine", "")
+    axis: str = arguments.axis or test.header.get("axis", "")
+    for name, option in ((machine, "--machine"), (axis, "--axis")):
+        if not name:
+            raise ConfigurationError("run_states_none", option=option)
+    if test.start is None:
+        raise ConfigurationError("run_without_start")
+    if any(run.sha256 == sha256 for run in registry.axis_runs(machine)):
+        return False
+    run = fleet.axis_run(machine, axis, test, test.start, path.name, sha256)
+    return registry.add_axis_run(run)
+
+
+def _axis(trend: fleet.AxisTrend) -> list[Value]:
+    return [
+        *values_of(trend, "axis", "kind"),
+        Value("runs", [as_json(_axis_run(run)) for run in trend.runs]),
+        Value("apart", [as_json(_axis_run(run)) for run in trend.apart]),
+        Value("changes", [as_json(_axis_change(change)) for change in trend.changes]),
+        *messages_of("remarks", trend.remarks),
+    ]
+
+
+def _axis_run(run: fleet.AxisRun) -> list[Part]:
+    return [
+        *values_of(run, "name", "sha256", "start", "targets", "first_target", "last_target"),
+        *values_of(run, "cycles", "air_c"),
+        *by_figure(run.measured),
+        Section("drift", by_figure(run.drift_free)) if run.drift_free else Value("drift", None),
+        Value("finding_codes", [message_as_json(one.message) for one in run.findings]),
+    ]
+
+
+def _axis_change(change: fleet.AxisChange) -> list[Value]:
+    low, high = change.per_year_interval or (None, None)
+    step = change.step
+    return [
+        *values_of_change(change.ends),
+        *values_of(change, "per_year", "per_year_p_value"),
+        Value("per_year_low", low),
+        Value("per_year_high", high),
+        Value("step", None if step is None else step._asdict()),
+    ]
+
+
+def _axis_table(trend: fleet.AxisTrend) -> Table:
+    unit = AxisKind(trend.kind).units.deviation
+    keys = shown_figures(trend.runs)
+    rows = [
+        [
+            Value("", f"{run.start:%Y-%m-%d}", "start"),
+            Value("", run.name[:40], "run"),
+            Value("", run.air_c, "air C", ".1f"),
+            *(
+                Value(
+                    "", getattr(side.get(key), "value", None), f"{FIGURE_SYMBOLS[key]}{word}", ".2f"
+                )
+                for word, side in (("", run.measured), (" free", run.drift_free))
+                for key in keys
+            ),
+        ]
+        for run in trend.runs
+    ]
+    title = f"Axis {trend.axis}: figures of ISO 230-2, {unit}; free: without drift"
+    return Table(title, rows, words=2)
 
 
 # ---- nights -------------------------------------------------------------------------------------
@@ -238,6 +361,7 @@ def _machine(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
         ]
         for one in registry.proposals(machine.name)
     ]
+    axes = fleet.axis_trends(registry.axis_runs(machine.name))
     parts: list[Part] = [
         *values_of(machine, "name", "kind", "model_sha256"),
         Value("channels", dict(machine.channels)),
@@ -250,6 +374,8 @@ def _machine(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
             key="nights",
             words=4,
         ),
+        *(part for axis in axes for part in (_axis_table(axis), *map(text_of, axis.remarks))),
+        Table("", [_axis(axis) for axis in axes], key="axes"),
     ]
     show(parts, arguments.json)
     return 0

@@ -17,3 +17,9 @@ warning-other_part = { NAME($runs) } měřily jinou část osy než { $reference
 warning-targets_moved = cílové polohy { NAME($runs) } leží jinde než u { $reference }: periodická chyba se zachytí v jiných fázích
 warning-conditions_not_met = ne všechny podmínky normy jsou splněny v { NAME($runs) }: vyhodnocení řekne které
 warning-air_differs = vzduch se mezi { $coldest } a { $warmest } liší o { FIXED($difference_k, decimals: 1) } K: E, M a A se s tím mění tam, kde roztažnost není kompenzována
+
+## Co se na ose mění během let
+
+axis-slope = { $axis }: { $figure } se mění o { SIGNED($per_year) } { $unit } za rok (95 %: { SIGNED($low) } až { SIGNED($high) }): opotřebení, nebo si sedá základ. Podívejte se dříve, než překročí mez.
+axis-step = { $axis }: { $figure } se od { $start } liší o { SIGNED($size) } { $unit }: co se předtím stalo? Kolize, oprava, jiná kompenzační tabulka nebo jiný přístroj.
+axis-new_fault = { $axis }: { $name } je první běh s tímto: { $fault }

@@ -17,3 +17,9 @@ warning-other_part = { NAME($runs) } maßen einen anderen Teil der Achse als { $
 warning-targets_moved = die Zielpositionen von { NAME($runs) } liegen anders als die von { $reference }: Ein periodischer Fehler wird in anderen Phasen getroffen
 warning-conditions_not_met = nicht alle Bedingungen der Norm sind erfüllt in { NAME($runs) }: Die Auswertung sagt, welche
 warning-air_differs = die Luft unterscheidet sich um { FIXED($difference_k, decimals: 1) } K zwischen { $coldest } und { $warmest }: E, M und A ändern sich damit, wo die Ausdehnung nicht kompensiert ist
+
+## Was sich an einer Achse über die Jahre ändert
+
+axis-slope = { $axis }: { $figure } ändert sich um { SIGNED($per_year) } { $unit } im Jahr (95 %: { SIGNED($low) } bis { SIGNED($high) }): Verschleiß, oder ein Fundament, das sich setzt. Nachsehen, bevor die Grenze erreicht ist.
+axis-step = { $axis }: { $figure } liegt seit { $start } um { SIGNED($size) } { $unit } anders: Was war davor? Eine Kollision, eine Reparatur, eine andere Kompensationstabelle oder ein anderes Messgerät.
+axis-new_fault = { $axis }: { $name } ist der erste Lauf damit: { $fault }

@@ -17,3 +17,9 @@ warning-other_part = { NAME($runs) } measured another part of the axis than { $r
 warning-targets_moved = the targets of { NAME($runs) } lie elsewhere than those of { $reference }: a periodic error is caught at other phases
 warning-conditions_not_met = not all conditions of the standard are met in { NAME($runs) }: the command evaluate says which
 warning-air_differs = the air differs by { FIXED($difference_k, decimals: 1) } K between { $coldest } and { $warmest }: E, M and A change with it where expansion is not compensated
+
+## What of an axis changes over the years
+
+axis-slope = { $axis }: { $figure } changes by { SIGNED($per_year) } { $unit } a year (95 %: { SIGNED($low) } to { SIGNED($high) }): wear, or a foundation that settles. Look before it passes its limit.
+axis-step = { $axis }: { $figure } is { SIGNED($size) } { $unit } away since { $start }: what happened before it? A collision, a repair, another compensation table or another instrument.
+axis-new_fault = { $axis }: { $name } is the first run with this: { $fault }

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from types import MappingProxyType
-from typing import TypeAlias, final
+from typing import Protocol, TypeAlias, final
 
 import numpy as np
 
@@ -46,6 +46,20 @@ class TrendFigure:
     """The figure. [µm or arcsec]"""
     expanded_uncertainty: float | None
     """Expanded uncertainty (95.45 %) from noise and drift; None if not known. [µm or arcsec]"""
+
+
+class RunFigures(Protocol):
+    """A run by its figures alone."""
+
+    @property
+    def measured(self) -> Mapping[str, TrendFigure]:
+        """Figures as measured, by key; absent ones are left out."""
+        ...
+
+    @property
+    def drift_free(self) -> Mapping[str, TrendFigure]:
+        """Figures without drift, by key; empty if the drift is not known."""
+        ...
 
 
 @final
@@ -107,11 +121,16 @@ class Trend:
     @property
     def figures(self) -> tuple[str, ...]:
         """Keys of the figures that tables and charts show."""
-        shown = [key for key in MAIN_FIGURES if any(key in run.measured for run in self.runs)]
-        if "E" not in shown:  # every run is unidirectional
-            one = [key for key in FIGURE_KEYS if key.endswith(("_forward", "_backward"))]
-            shown = [key for key in one if any(key in run.measured for run in self.runs)]
-        return tuple(shown)
+        return shown_figures(self.runs)
+
+
+def shown_figures(runs: Sequence[RunFigures]) -> tuple[str, ...]:
+    """Return the keys of the figures that tables and charts show of runs."""
+    shown = [key for key in MAIN_FIGURES if any(key in run.measured for run in runs)]
+    if "E" not in shown:  # every run is unidirectional
+        one = [key for key in FIGURE_KEYS if key.endswith(("_forward", "_backward"))]
+        shown = [key for key in one if any(key in run.measured for run in runs)]
+    return tuple(shown)
 
 
 def evaluate_trend(
@@ -160,7 +179,7 @@ def evaluate_trend(
     ordered, dates, remark = _in_order(runs)
     trend = Trend(tuple(ordered), dates, (), ())
     changes = tuple(
-        change for key in trend.figures if (change := _change(ordered, key)) is not None
+        change for key in trend.figures if (change := change_of(ordered, key)) is not None
     )
     warnings = (*remark, *_incomparable(ordered), *said)
     return Trend(tuple(ordered), dates, changes, warnings)
@@ -232,7 +251,8 @@ def _in_order(
     return [runs[k] for k in order], tuple(dates[k] for k in order), said
 
 
-def _change(runs: Sequence[TrendRun], key: str) -> TrendChange | None:
+def change_of(runs: Sequence[RunFigures], key: str) -> TrendChange | None:
+    """Return how a figure changed from the first run to the last; None if one lacks it."""
     if len(runs) < 2:
         return None
     drift_free = all(key in run.drift_free for run in (runs[0], runs[-1]))
@@ -262,7 +282,8 @@ def _incomparable(runs: Sequence[TrendRun]) -> list[Message]:
     unmet = tuple(run.name for run in runs if check_test_conditions(run.test))
     if unmet:
         said.append(Message("warning-conditions_not_met", {"runs": unmet}))
-    return [*said, *_air(runs)]
+    means = ((run.name, mean_air_c(run.test)) for run in runs)
+    return [*said, *air_differs({name: mean for name, mean in means if mean is not None})]
 
 
 def _stated(field: str) -> Callable[[TrendRun], str]:
@@ -326,17 +347,19 @@ def _moved_targets(runs: Sequence[TrendRun]) -> list[Message]:
     ]
 
 
-def _air(runs: Sequence[TrendRun]) -> list[Message]:
-    mean: dict[str, float] = {}
-    for run in runs:
-        air = run.test.environment.get("air_temperature_c")
-        known = [] if air is None else [v for v in (air.start, air.end) if v is not None]
-        if known:
-            mean[run.name] = sum(known) / len(known)
-    if len(mean) < 2 or max(mean.values()) - min(mean.values()) <= _WARM_K:
+def mean_air_c(test: PositioningTest) -> float | None:
+    """Return the mean temperature of the air in a run, None if not stated. [°C]"""
+    air = test.environment.get("air_temperature_c")
+    known = [] if air is None else [v for v in (air.start, air.end) if v is not None]
+    return sum(known) / len(known) if known else None
+
+
+def air_differs(mean_c: Mapping[str, float]) -> list[Message]:
+    """Warn where the air of runs [°C], by their names, differs too much to compare them."""
+    if len(mean_c) < 2 or max(mean_c.values()) - min(mean_c.values()) <= _WARM_K:
         return []
-    coldest, warmest = min(mean, key=lambda n: mean[n]), max(mean, key=lambda n: mean[n])
-    values = {"difference_k": mean[warmest] - mean[coldest]}
+    coldest, warmest = min(mean_c, key=lambda n: mean_c[n]), max(mean_c, key=lambda n: mean_c[n])
+    values = {"difference_k": mean_c[warmest] - mean_c[coldest]}
     values |= {"coldest": coldest, "warmest": warmest}
     return [Message("warning-air_differs", values)]
 
