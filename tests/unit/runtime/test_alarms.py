@@ -136,8 +136,13 @@ def test_limit_and_soft_limit_are_one_alarm_that_becomes_graver() -> None:
     assert found(with_output(correction_um=(40.0,), wanted_um=(40.0,))) == {}
 
 
-def test_a_weight_below_one_is_told_in_percent() -> None:
-    assert "40 %" in found(with_output(weight=(0.4,)))["validity Z_um"].sentences.text
+def test_a_weight_that_falls_is_told_in_percent_until_it_is_whole() -> None:
+    fallen = found(with_output(weight=(0.4,)))["validity Z_um"]
+    assert "40 %" in fallen.sentences.text
+    for weight, told, stays in ((0.98, False, True), (0.94, True, True), (1.0, False, False)):
+        now = with_output(weight=(weight,))
+        assert ("validity Z_um" in found(now)) is told
+        assert ("validity Z_um" in found(replace(now, alarms=(fallen,)))) is stays
 
 
 def test_a_correction_is_behind_when_the_rate_needs_longer_than_five_minutes() -> None:

@@ -22,6 +22,9 @@ TRIM_ENDS_S = 300.0
 MODEL_AGE_DAYS = 365.0
 """A model older than this should be measured again. Default: the year after which instruments are
 calibrated. [d]"""
+NOTED_WEIGHT = 0.95
+"""A weight below this is told, and then until it is whole: a sensor at the end of its range comes
+and goes. Default: a quarter of a kelvin at five of margin. [1]"""
 _LONGEST_STATUS = 200
 _SILENT: Final = Message("error-machine_silent")
 
@@ -58,6 +61,7 @@ ALARMS: Final[Mapping[str, AlarmKind]] = {
     "no_effect": AlarmKind("no effect", "high"),
     "limit": AlarmKind("limit", "critical"),
     "touch_excluded": AlarmKind("touch", "medium"),
+    "touch_limit": AlarmKind("touch limit", "medium"),
     "touch_void": AlarmKind("touch void", "high"),
     "soft_limit": AlarmKind("soft limit", "medium"),
     "validity": AlarmKind("validity", "medium"),
@@ -120,6 +124,7 @@ def alarms_of(
         *_of_self_test(forbidden),
         *_of_sensors(status, compensation),
         *_of_outputs(status, compensation, standing),
+        *_of_touches(status, compensation),
         *_of_the_loop(status),
         *_of_model(status, compensation),
         *_of_certificates(status),
@@ -215,6 +220,7 @@ def _of_sensors(status: RuntimeStatus, compensation: Compensation) -> _Found:
 def _of_outputs(
     status: RuntimeStatus, compensation: Compensation, standing: Collection[str]
 ) -> _Found:
+    stood = {alarm.key for alarm in status.alarms}
     for i, (name, limits) in enumerate(zip(status.outputs, compensation.bounds, strict=True)):
         output, of = status.output, {"name": name}
         correction_um, rate_um_per_s = output.correction_um[i], limits.largest_rate_um_per_s
@@ -228,17 +234,13 @@ def _of_outputs(
             acting = {**of, "accepted_um": accepted_um, "effective_um": effective_um}
             if abs(effective_um - accepted_um) > tolerance_um + FOLLOWS_S * rate_um_per_s:
                 yield "no_effect", name, acting
-        touched = status.touches.get(name, OutputTouches())
-        if touched.void:
-            yield "touch_void", name, of
-        elif touched.again:
-            yield "touch_excluded", name, {**of, "value_um": touched.value_um or 0.0}
         if status.enabled and output.at_limit[i]:
             yield "limit", name, {**of, "largest_um": limits.largest_um}
         elif abs(correction_um) > limits.soft_um:
             values = {"correction_um": correction_um, "soft_um": limits.soft_um}
             yield "soft_limit", name, of | values
-        if status.enabled and output.weight[i] < 1.0:
+        least = 1.0 if f"validity {name}" in stood else NOTED_WEIGHT
+        if status.enabled and output.weight[i] < least:
             yield "validity", name, {**of, "weight_percent": 100.0 * output.weight[i]}
         behind_um = abs(output.wanted_um[i] - correction_um) - limits.deadband_um
         if output.state is SupervisorState.ACTIVE and behind_um > BEHIND_S * rate_um_per_s:
@@ -247,6 +249,19 @@ def _of_outputs(
         if output.trim_um[i] and left_s < TRIM_ENDS_S:
             left = _duration("left", left_s)
             yield "trim_ends", name, {**of, "trim_um": output.trim_um[i], **left}
+
+
+def _of_touches(status: RuntimeStatus, compensation: Compensation) -> _Found:
+    for name, rules in compensation.touches.items():
+        touched, largest_um = status.touches.get(name, OutputTouches()), rules.limits.largest_um
+        known_um = touched.known_um or 0.0
+        if touched.void:
+            yield "touch_void", name, {"name": name}
+        elif touched.again:
+            yield "touch_excluded", name, {"name": name, "value_um": touched.value_um or 0.0}
+        if rules.acts and abs(known_um) > largest_um:
+            values = {"name": name, "known_um": known_um, "largest_um": largest_um}
+            yield "touch_limit", name, values
 
 
 def _of_the_loop(status: RuntimeStatus) -> _Found:

@@ -364,7 +364,8 @@ _OF_AN_OUTPUT = (
        "touches.*.known_um", "Displacement that the model lacks, as touches show it; no value"
        " before one was believed.", missing=NONE_STATED),
     _F("OffsetStd", "offset_std_um", "offset_std_micrometres", _K.NUMBER, "µm", "touches.*.std_um",
-       "Standard uncertainty of the tool point, as it grows since the last touch.",
+       "Standard uncertainty of the tool point, as it grows since the last touch, without what lies"
+       " beyond the limit of the offset.",
        missing=NONE_STATED),
     _F("OffsetActs", "offset_acts", "", _K.FLAG, "", "touches.*.acts",
        "Whether touches are added to the correction, and not only shown."),
