@@ -71,6 +71,7 @@ from thermaxis.compensation._supervisor import (
     supervisor_step as supervisor_step,
 )
 from thermaxis.compensation._touches import (
+    MOST_EXCLUDED as MOST_EXCLUDED,
     MOST_EXPECTED as MOST_EXPECTED,
     OffsetState as OffsetState,
     Touch as Touch,

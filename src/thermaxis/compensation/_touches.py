@@ -205,15 +205,15 @@ class OffsetState(NamedTuple):
         def moved(one: Belief | None) -> Belief | None:
             return None if one is None else one._replace(time_s=one.time_s + by_s)
 
-        return self._replace(
-            belief=moved(self.belief),
-            suspect=moved(self.suspect),
-            touched_s=self.touched_s + by_s,
-        )
+        belief, suspect = moved(self.belief), moved(self.suspect)
+        return self._replace(belief=belief, suspect=suspect, touched_s=self.touched_s + by_s)
 
 
 def offset_std_um(rules: TouchRules, state: OffsetState, time_s: float) -> float:
-    """Return the standard uncertainty of the tool point, as it grows since the last touch. [µm]"""
+    """Return the standard uncertainty of the tool point, as it grows since the last touch. [µm]
+
+    What touches show beyond the limit of the offset is known, and not in it.
+    """
     return math.sqrt(_known(rules, state.belief, time_s).variance_um2 + rules.discrepancy_um**2)
 
 
@@ -254,11 +254,8 @@ def touch_step(
         elapsed_h = (touch.time_s - state.belief.time_s) / _HOUR_S
         d_um = state.expected_um - expected_um
         evidence = _evidence(rules, known, touched, d_um, rules.ramp_um_per_h * elapsed_h)
-    state = state._replace(
-        touched_s=touch.time_s,
-        number=touch.number,
-        evidence=max(0.0, state.evidence + evidence),
-    )
+    evidence = max(0.0, state.evidence + evidence)
+    state = state._replace(touched_s=touch.time_s, number=touch.number, evidence=evidence)
     if state.evidence >= TRIP_EVIDENCE:
         return state.anew()._replace(off=True), TouchOutcome.NO_EFFECT
     outcome = TouchOutcome.BELIEVED
@@ -270,16 +267,11 @@ def touch_step(
         if not (soon and possible) or not _agree(rules, known, touched):
             excluded = state.excluded + 1
             belief = state.belief if excluded < MOST_EXCLUDED else None
-            return (
-                state._replace(belief=belief, suspect=touched, excluded=excluded),
-                TouchOutcome.EXCLUDED,
-            )
+            state = state._replace(belief=belief, suspect=touched, excluded=excluded)
+            return state, TouchOutcome.EXCLUDED
     gain = known.variance_um2 / (known.variance_um2 + touched.variance_um2)  # (4)
-    belief = Belief(
-        known.offset_um + gain * (touched.offset_um - known.offset_um),
-        (1.0 - gain) * known.variance_um2,
-        touch.time_s,
-    )
+    offset_um = known.offset_um + gain * (touched.offset_um - known.offset_um)
+    belief = Belief(offset_um, (1.0 - gain) * known.variance_um2, touch.time_s)
     state = state._replace(belief=belief, suspect=None, excluded=0, expected_um=expected_um)
     return state, outcome
 
@@ -386,10 +378,6 @@ def touches_step(
 def _usable(touch: Touch) -> bool:
     """Whether a touch holds what it should, whatever a source sent."""
     noise_um = SMALLEST_NOISE_UM if touch.noise_um is None else touch.noise_um
-    numbers = (
-        number(touch.value_um, LARGEST_LIMIT_UM),
-        number(touch.time_s),
-        number(noise_um, LARGEST_LIMIT_UM),
-    )
+    sizes = [number(one, LARGEST_LIMIT_UM) for one in (touch.value_um, noise_um)]
     named = isinstance(touch.output, str) and (touch.number is None or type(touch.number) is int)  # pyright: ignore[reportUnnecessaryIsInstance] - whatever is sent
-    return named and None not in numbers and noise_um >= SMALLEST_NOISE_UM
+    return named and None not in (*sizes, number(touch.time_s)) and noise_um >= SMALLEST_NOISE_UM

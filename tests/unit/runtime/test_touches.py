@@ -1,9 +1,10 @@
 """Touches in the loop: each number is taken once, at its time, and the laws hold with them."""
 
 import json
-from asyncio import Event, TaskGroup, sleep
+from asyncio import Event, TaskGroup, gather, sleep
 from collections.abc import Mapping
 from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from tests.unit.runtime.machine_files import machine_file
 from tests.unit.runtime.simulated import (
     FLAGS,
     GOAL_UM,
+    Memory,
     Rig,
     SimulatedHistorian,
     SimulatedMachine,
@@ -36,6 +38,7 @@ from thermaxis.runtime import (
     SourceSample,
     StateFile,
     SystemClock,
+    VirtualClock,
     counter_name,
     examine_machine,
     probe_name,
@@ -257,6 +260,31 @@ async def test_a_touch_that_somebody_types_counts_and_its_answer_says_what_becam
     assert {event.who for event in asked} == {"Jana"}
 
 
+@pytest.mark.parametrize("apart_s", [0.0, 2.0])
+async def test_a_touch_that_is_typed_twice_counts_once(apart_s: float) -> None:
+    bench = Bench()
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+
+        async def type_in(after_s: float, um: float = LACKS_UM) -> str:
+            await sleep(after_s)
+            said = await loop.submit(Request(RequestKind.TOUCH, "Jana", "Z_um", um))
+            return str(said.values["outcome"])
+
+        said = await gather(type_in(0.5), type_in(0.5 + apart_s))
+        assert said == ["believed", "repeated"]
+        assert touches_of(loop).outcome == "believed"
+        assert touches_of(loop).known_um == pytest.approx(LACKS_UM * 25.0 / 26.0, abs=0.1)
+        assert await type_in(0.0, um=60.0) == "excluded"
+        assert await type_in(apart_s, um=60.0) == "repeated", "no second touch that agrees"
+        assert await type_in(10.0, um=60.0) == "confirmed"
+    columns = Columns()
+    columns.outputs = ("Z_um",)
+    rows = [columns.row_of(record).values() for record in bench.historian.records]
+    told = [(row["Z_touch"], row["probe_Z_um"]) for row in rows if row["probe_Z_um"]]
+    assert told == [("believed", LACKS_UM), ("excluded", 60.0), ("confirmed", 60.0)]
+
+
 async def test_it_is_time_to_touch_when_the_uncertainty_passes_what_is_wanted() -> None:
     bench = Bench()
     async with bench.running(wanted_std_um={"Z_um": 1.5}) as loop:
@@ -284,6 +312,58 @@ async def test_a_touch_that_does_not_fit_and_two_that_agree_ask_for_another_one(
         assert not touches_of(loop).now  # on its way
         await sleep(100.0)
         assert touches_of(loop).now
+
+
+async def test_after_three_touches_that_do_not_fit_no_more_are_asked_for() -> None:
+    bench = Bench()
+    async with bench.running(wanted_std_um={"Z_um": 1.5}) as loop:
+        await enabled_for(loop, 200.0)
+        for k in range(1, 5):
+            await bench.touched(30.0, wrong_um=100.0 * k)
+            assert touches_of(loop).now is (k < 3)
+        assert "touch_excluded" in alarms_of(loop), "which says why"
+        await bench.touched(30.0)
+        assert bench.outcomes == [*["excluded"] * 4, "believed"]
+        assert not touches_of(loop).now
+        assert "touch_excluded" not in alarms_of(loop)
+
+
+async def test_what_touches_show_beyond_the_limit_of_the_offset_is_told() -> None:
+    bench = Bench(replace(RULES, limits=Limits(3.0, 0.1)))
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+        await bench.touched(60.0)
+        assert touches_of(loop).offset_um == -3.0
+        assert loop.status is not None
+        (told,) = [alarm for alarm in loop.status.alarms if alarm.code == "touch_limit"]
+        assert told.values["known_um"] == touches_of(loop).known_um
+        assert "at most 3.0 µm" in told.sentences.text
+        assert await ask(loop, RequestKind.DATUM)
+        await sleep(5.0)
+        assert "touch_limit" not in alarms_of(loop)
+
+
+async def test_another_model_and_back_move_the_correction_no_faster_than_its_rate() -> None:
+    bench = Bench()
+    bench.file = Memory()
+    bench.file.every_s = 3600.0
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+        await bench.touched(60.0)
+        with_offset_um = bench.machine.z_um
+        assert with_offset_um == pytest.approx(GOAL_UM - LACKS_UM, abs=0.5)
+        assert await ask(loop, RequestKind.MODEL, text="other.json")
+        await sleep(2.0)  # it settles, and the correction stays
+        assert bench.machine.z_um == with_offset_um
+        assert bench.file.saved is not None
+        assert bench.file.saved.model_sha256 == "11", "at once: by it the way back is found"
+        await sleep(200.0)
+        assert touches_of(loop).known_um is None
+        assert bench.machine.z_um == pytest.approx(-27.0)
+        assert await ask(loop, RequestKind.MODEL, text="copy.json")
+        await sleep(200.0)
+        assert bench.machine.z_um == pytest.approx(GOAL_UM)
+    bench.assert_law(late_cycles=1.0)
 
 
 async def test_an_acknowledge_ends_no_alarm_of_touches_that_nobody_has_seen() -> None:
@@ -357,7 +437,8 @@ async def test_a_wrong_sign_takes_the_offset_away_until_somebody_acknowledges() 
     bench.assert_law(late_cycles=1.0)
 
 
-async def test_no_restart_takes_an_acknowledge_away(tmp_path: Path) -> None:
+@pytest.mark.parametrize("set_back_s", [0.0, 3600.0])
+async def test_no_restart_takes_an_acknowledge_away(tmp_path: Path, set_back_s: float) -> None:
     bench = Bench(WRONG_SIGN)
     bench.machine.sees = -1.0
     bench.file = StateFile(tmp_path / "state.json")
@@ -369,8 +450,9 @@ async def test_no_restart_takes_an_acknowledge_away(tmp_path: Path) -> None:
                 break
         assert touches_of(loop).void
     bench.machine.come_back()
+    bench.clock = VirtualClock(bench.clock.utc() - timedelta(seconds=set_back_s))
     async with bench.running() as loop:
-        await sleep(60.0)
+        await enabled_for(loop, 60.0)
         assert "touch_void" in alarms_of(loop)
         await bench.touched(30.0)
         assert bench.outcomes[-1] == "no_effect"

@@ -22,13 +22,7 @@ from thermaxis.compensation import (
     with_compensation,
 )
 from thermaxis.runtime._offsets import Found, acknowledged, offset_rules, standing
-from thermaxis.runtime._ports import (
-    DATUM,
-    DIAMETER,
-    NOT_READ,
-    RequestOutcome,
-    SourceSample,
-)
+from thermaxis.runtime._ports import DATUM, DIAMETER, NOT_READ, RequestOutcome, SourceSample
 from thermaxis.runtime.loop._journal import Journal
 from thermaxis.runtime.loop._machine import Machine
 from thermaxis.runtime.loop._reading import reading_of
@@ -38,13 +32,7 @@ from thermaxis.runtime.loop._self_test import SELF_TEST, SelfTest, with_self_tes
 from thermaxis.runtime.loop._settings import AtStop, LoopSettings, Models, Ports
 from thermaxis.runtime.loop._telling import differing, record_of, status_of
 from thermaxis.runtime.loop._touches import Touches, judged_touches
-from thermaxis.runtime.status import (
-    Alarm,
-    RuntimeStatus,
-    alarms_of,
-    sensor_key,
-    state_message,
-)
+from thermaxis.runtime.status import Alarm, RuntimeStatus, alarms_of, sensor_key, state_message
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -133,8 +121,7 @@ class CompensationLoop:
         self._held_by, self._differing = "", tuple[str, ...]()
         self._known_s = 0.0
         self._test = SelfTest(self_test, self._journal)
-        asked = settings.touch_delay_s, settings.wanted_std_um
-        self._touches = Touches(*asked, replayed=settings.replayed)
+        self._touches = Touches(settings)
         self._diameter: float | None = None
         self._datum: float | None = None
         self._number = self._overruns = 0
@@ -277,7 +264,8 @@ class CompensationLoop:
         await self._machine.write(output, wait_s, ready=self._ready)
         self._record(now_s, lateness_s, samples, output)
         memory = self._state.memory
-        decided = memory.enabled, memory.fault, self._latched, *(o.off for o in self._state.offsets)
+        decided = memory.enabled, memory.fault, self._latched, self.settings.model_sha256
+        decided = *decided, *(one.off for one in self._state.offsets)
         self._saver.save(self._saved, self.compensation, now_s, decided)
 
     @property
@@ -324,8 +312,7 @@ class CompensationLoop:
         typed = [one for one in asked if one.kind is RequestKind.TOUCH and one.value is not None]
         typed = typed if self.compensation.touches else []
         asked = [one for one in asked if one not in typed]
-        taken = self._touches.take(self.compensation, samples, self._state, now_s, typed)
-        samples, touches = taken
+        samples, touches = self._touches.take(self.compensation, samples, self._state, now_s, typed)
         reading = reading._replace(requests=(*asked, *own), touches=touches)
         self._state, output = cycle(self.compensation, self._state, reading)
         unlike = {*differing(self.compensation, self._state.memory, found, output)}

@@ -278,9 +278,10 @@ def take_up(
     age_s = (clock.utc() - saved.utc) / timedelta(seconds=1)
     if age_s < -CLOCK_STEP_S:
         old = saved.state.memory
+        state = cycle_state(compensation)._replace(offsets=saved.state.offsets)  # void stays void
         if old.state is not SupervisorState.FAULT:
-            return TakenUp(None, Message("event-saved_state_newer"))
-        state = cycle_state(compensation)._replace(memory=_latched(old))
+            return TakenUp(state, Message("event-saved_state_newer"))
+        state = state._replace(memory=_latched(old))
         return TakenUp(state, Message("event-saved_state_newer_fault", {"reason": old.fault}))
     age_s = max(0.0, age_s)
     state, taken = resumed(saved, compensation, settings, now_s=clock.monotonic_s(), age_s=age_s)

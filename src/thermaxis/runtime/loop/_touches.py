@@ -6,6 +6,7 @@ from datetime import datetime
 from typing import final
 
 from thermaxis.compensation import (
+    MOST_EXCLUDED,
     Answer,
     AnswerCode,
     Compensation,
@@ -19,10 +20,13 @@ from thermaxis.compensation import (
 )
 from thermaxis.runtime._ports import SourceSample, counter_name, probe_name
 from thermaxis.runtime.loop._journal import Journal
+from thermaxis.runtime.loop._settings import LoopSettings
 from thermaxis.runtime.status import OutputTouches
 
 _BELIEVED = {TouchOutcome.BELIEVED, TouchOutcome.CONFIRMED}
 _NO_PROBE = SourceSample(None, good=True, status="GoodNoData", age_s=None)
+_ALONE = LoopSettings(machine="", model_file="", model_sha256="")
+_TYPED_ONCE_S = 5.0  # nobody touches, reads and types sooner: two clicks
 
 
 @final
@@ -39,20 +43,13 @@ class Touches:
     Not protected: a counter that a gateway stamps anew when it comes back has risen then.
     """
 
-    def __init__(
-        self,
-        delay_s: Mapping[str, float] | None = None,
-        wanted_std_um: Mapping[str, float] | None = None,
-        *,
-        replayed: bool = False,
-    ) -> None:
-        self._replayed = replayed
-        self._delay_s, self._wanted_std_um = delay_s or {}, wanted_std_um or {}
+    def __init__(self, settings: LoopSettings = _ALONE) -> None:
+        self._settings = settings
         self._seen: dict[str, tuple[float, float]] = {}  # counter, and when it was seen first [s]
         self._taken: dict[str, float] = {}
         self._stood_s: dict[str, float] = {}  # when the counter had not risen yet
         self._shown: dict[str, tuple[float, float]] = {}  # counter and value of the last touch
-        self._count = 0
+        self._count, self._typed = 0, Touch("", 0.0, -math.inf)
         self._last: dict[str, OutputTouches] = {}
         self.outcomes: dict[str, str] = {}
         """What became of a touch in this cycle, by output."""
@@ -67,12 +64,12 @@ class Touches:
     ) -> tuple[Mapping[str, SourceSample], tuple[Touch, ...]]:
         """Return what was read, with probes that have a value at a touch only, and new touches.
 
-        Those that somebody has typed are the last.
+        Those that somebody has typed are the last; one that is typed twice is that one again.
         """
         if not compensation.touches:
             return samples, ()
         touches: list[Touch] = []
-        left = dict(samples)
+        left, before = dict(samples), self._count
         for output, own in zip(compensation.model.outputs, compensation.probed, strict=True):
             if own is None:
                 continue
@@ -85,20 +82,28 @@ class Touches:
             if at_s is None or value_um is None or not math.isfinite(value_um):
                 continue
             self._taken[name] = self._seen[name][0]
-            before, self._shown[name] = self._shown.get(name), (self._taken[name], value_um)
-            if before == self._shown[name]:
+            shown, self._shown[name] = self._shown.get(name), (self._taken[name], value_um)
+            if shown == self._shown[name]:
                 continue
-            if self._replayed:  # the log's machine was not corrected
+            if self._settings.replayed:  # the log's machine was not corrected
                 value_um += state.correction_um[compensation.model.outputs.index(output)]
-            touches.append(Touch(name, value_um, at_s - self._delay_s.get(name, 0.0)))
-        touches += [Touch(t.output, t.value or 0.0, now_s - (t.duration_s or 0.0)) for t in typed]
-        for k, touch in enumerate(touches):
-            self._count += 1
-            touches[k] = touch._replace(number=self._count)
-            if touch.output in compensation.touches:
+            delay_s = self._settings.touch_delay_s.get(name, 0.0)
+            touches.append(self._new(name, value_um, at_s - delay_s))
+        for t in typed:
+            touch = self._new(t.output, t.value or 0.0, now_s - (t.duration_s or 0.0))
+            apart_s = abs(touch.time_s - self._typed.time_s)
+            if touch[:2] != self._typed[:2] or apart_s > max(_TYPED_ONCE_S, compensation.cycle_s):
+                self._typed = touch
+            touches.append(self._typed)
+        for touch in touches:
+            if touch.output in compensation.touches and (touch.number or 0) > before:
                 sample = SourceSample(touch.value_um, good=True, age_s=now_s - touch.time_s)
                 left[probe_name(touch.output)] = sample
         return left, tuple(touches)
+
+    def _new(self, name: str, value_um: float, time_s: float) -> Touch:
+        self._count += 1
+        return Touch(name, value_um, time_s, self._count)
 
     def _risen(self, name: str, counter: SourceSample, now_s: float) -> float | None:
         """Return when a counter was seen to rise, while its touch is not taken. [s]"""
@@ -114,7 +119,7 @@ class Touches:
             age_s = counter.age_s
             at_s = self._stood_s[name] if age_s is None else now_s - max(age_s, 0.0)
             self._seen[name] = count, at_s
-            return at_s if self._replayed else None
+            return at_s if self._settings.replayed else None
         return at_s
 
     def judged(
@@ -126,21 +131,26 @@ class Touches:
             name, value_um = touch.output, touch.value_um
             if outcome is TouchOutcome.UNKNOWN_OUTPUT:
                 continue
-            self.outcomes[name] = outcome.value
-            self._last[name] = OutputTouches(outcome=outcome, touched=utc, value_um=value_um)
+            if outcome is not TouchOutcome.REPEATED:
+                self.outcomes[name] = outcome.value
+                self._last[name] = OutputTouches(outcome=outcome, touched=utc, value_um=value_um)
             values = {"name": name, "value_um": value_um, "outcome": outcome.value}
             journal.event("touch", "event-touch", values)
 
     def _wants_more(self, rules: TouchRules, name: str, one: OffsetState, std_um: float) -> bool:
-        """Whether a touch would pay: the last one asks for another, or was too long ago."""
+        """Whether a touch would pay: the last one asks for another, or was too long ago.
+
+        Not where so many did not fit that another one tells nothing: the alarm says why.
+        """
         last = self._last.get(name)
         confirmed = last is not None and last.outcome == TouchOutcome.CONFIRMED
         if confirmed and one.belief is not None and rules.acts:  # wanted when it has arrived
             most_um, to_um = rules.limits.largest_um, -one.belief.offset_um
             to_um = min(max(to_um, -most_um), most_um)
             confirmed = abs(one.in_force_um - to_um) < rules.noise_um
-        late = std_um > self._wanted_std_um.get(name, math.inf)
-        return not one.off and (late or confirmed or one.excluded > 0)
+        late = std_um > self._settings.wanted_std_um.get(name, math.inf)
+        tells = not one.off and one.excluded < MOST_EXCLUDED
+        return tells and (late or confirmed or one.excluded > 0)
 
     def told(
         self, compensation: Compensation, state: CycleState, output: CycleOutput
