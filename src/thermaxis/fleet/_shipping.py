@@ -1,16 +1,19 @@
-"""Ship the finished parts of a history to a lake: each once, confirmed, nothing deleted."""
+"""Ship the finished parts of a history to a lake: each once, confirmed, nothing deleted.
+
+Which parts are confirmed is noted beside the days: the history then keeps what is not.
+"""
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import polars as pl
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import DataError
 from thermaxis.fleet._lake import Lake
-from thermaxis.runtime.history import Part
+from thermaxis.runtime.history import Part, note_shipped, printable_cause
 
 Report = Callable[[str, int, int], None]
 
@@ -65,22 +68,40 @@ def ship(
     """
     sent, sent_bytes = 0, 0
     remarks: list[Message] = []
-    for number, part in enumerate(parts):
-        report("shipping", number, len(parts))
-        try:
-            found = _looked_at(part)
-            folder, remark = ("", found) if found else _place_of(part, lake)
-            if folder:
-                lake.put(part, folder)
-                sent += 1
-                sent_bytes += part.minutes.stat().st_size + part.cycles.stat().st_size
-        except FileNotFoundError:
-            if part.cycles.exists():
-                raise
-            continue  # joined meanwhile: it goes with its day the next time
-        if remark:
-            remarks.append(Message(f"remark-{remark}", place=Place(str(part.cycles))))
+    confirmed: list[Part] = []
+    try:
+        for number, part in enumerate(parts):
+            report("shipping", number, len(parts))
+            try:
+                found = _looked_at(part)
+                folder, code = ("", found) if found else _place_of(part, lake)
+                if folder:
+                    lake.put(part, folder)
+                    sent += 1
+                    sent_bytes += part.minutes.stat().st_size + part.cycles.stat().st_size
+            except FileNotFoundError:
+                if part.cycles.exists():
+                    raise
+                continue  # joined meanwhile: it goes with its day the next time
+            if code:
+                remarks.append(Message(f"remark-{code}", place=Place(str(part.cycles))))
+            if not found:
+                confirmed.append(part)
+    finally:
+        remarks += _noted(confirmed)
     return Shipment(len(parts), sent, sent_bytes, tuple(remarks))
+
+
+def _noted(confirmed: Sequence[Part]) -> list[Message]:
+    """Tell the history what may be deleted; say where it cannot be told."""
+    if not confirmed:
+        return []
+    try:
+        note_shipped(confirmed)
+    except OSError as error:
+        said = remark("shipped_unnoted", cause=printable_cause(error))
+        return [replace(said, place=Place(str(confirmed[0].folder.parent)))]
+    return []
 
 
 def _looked_at(part: Part) -> str:

@@ -65,6 +65,7 @@ def test_a_lake_has_the_files_of_a_history_and_sums_that_other_programs_check(tm
     assert found.sent == found.parts > 2
     assert found.remarks == ()
     there, own = files(lake), files(tmp_path / "machine" / "lathe")
+    del own["machine=machine/shipped.txt"]
     assert {name: total for name, total in there.items() if name.endswith("parquet")} == own
     assert found.sent_bytes == sum(path.stat().st_size for path in lake.rglob("*.parquet"))
     for sums in lake.rglob("*.sha256"):
@@ -117,6 +118,33 @@ def test_a_shipment_that_was_ended_anywhere_is_gone_on_with(tmp_path, lake, monk
     twin.mkdir()
     shipped(history, twin)
     assert files(lake) == files(twin)
+
+
+def test_only_what_is_confirmed_is_noted_beside_the_history(tmp_path, lake, monkeypatch):
+    history = written(tmp_path / "machine")
+    noted = tmp_path / "machine" / "lathe" / "machine=machine" / "shipped.txt"
+    (cut,) = noted.parent.glob("day=2026-11-03/cycles-*.parquet")
+    whole = cut.read_bytes()
+    cut.write_bytes(whole[:-1000])
+    put = Lake.put
+
+    def full(self, part, folder):
+        if folder.endswith("day=2026-11-05"):
+            raise DataError("lake_out_of_reach", cause="No space left on device")
+        put(self, part, folder)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Lake, "put", full)
+        with pytest.raises(DataError):
+            shipped(history, lake)
+    (line,) = noted.read_text().splitlines()
+    assert line.startswith("day=2026-11-04/cycles-")
+    cut.write_bytes(whole)
+    found = shipped(history, lake)
+    assert len(noted.read_text().splitlines()) == found.parts
+    noted.unlink()
+    noted.mkdir()
+    assert codes(shipped(history, lake)) == ["shipped_unnoted"]
 
 
 def test_a_lake_that_gives_back_something_else_is_not_believed(tmp_path, lake, monkeypatch):

@@ -19,7 +19,7 @@ from tests.unit.runtime.history_records import (
 )
 from thermaxis.compensation import Answer, AnswerCode, Request, RequestKind, SupervisorState
 from thermaxis.errors import DataError
-from thermaxis.runtime import CycleRecord
+from thermaxis.runtime import CycleRecord, EventRecord
 from thermaxis.runtime.history import (
     Columns,
     HistorianSettings,
@@ -27,7 +27,7 @@ from thermaxis.runtime.history import (
     Trend,
 )
 from thermaxis.runtime.history._columns import to_us
-from thermaxis.runtime.history._parts import days_of, join_parts, parts_of
+from thermaxis.runtime.history._parts import days_of, join_parts, note_shipped, parts_of
 
 HOUR = timedelta(hours=1)
 DAY = timedelta(days=1)
@@ -286,6 +286,35 @@ def test_the_newest_days_are_kept_with_their_events_and_nothing_of_older_ones(
     assert len(days_of(tmp_path / "h" / "machine=machine")) == 3
     with HistoryReader(url_of(path)) as reader:
         assert [event.text for event in reader.events()] == [f"evening {k}" for k in (4, 5, 6, 7)]
+
+
+def test_a_day_that_no_lake_has_confirmed_stays_up_to_twice_the_retention_and_that_is_said(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "h.db"
+    write_days(path, range(8), retention_days=90)
+    folder = tmp_path / "h" / "machine=machine"
+    every = sorted(days_of(folder).values())
+    note_shipped([part for k in (0, 2) for part in parts_of(every[k])])
+
+    def left(retention_days: int) -> tuple[list[int], list[EventRecord]]:
+        for _ in range(2):  # said once; the second time nothing is new
+            write_history(path, [], settings=HistorianSettings(retention_days=retention_days))
+        with HistoryReader(url_of(path)) as reader:
+            return [k for k in range(8) if every[k].exists()], reader.events()
+
+    days, events = left(3)
+    assert days == [1, 3, 4, 5, 6, 7]
+    evenings = [event.text for event in events if event.text.startswith("evening")]
+    assert "evening 2" in evenings  # that of a day says where its first cycle is
+    assert "evening 4" in evenings
+    assert [event.code for event in events][-1] == "event-unshipped_kept"
+    days, events = left(2)
+    assert days == [4, 5, 6, 7]
+    (said,) = [event for event in events if event.code == "event-unshipped_deleted"]
+    assert said.values == {"detail": f"{every[1].name}, {every[3].name}"}
+    note_shipped([part for path in every if path.exists() for part in parts_of(path)])
+    assert left(2)[0] == [6, 7]
 
 
 def test_days_without_a_record_count_for_nothing(tmp_path: Path) -> None:

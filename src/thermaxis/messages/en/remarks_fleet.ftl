@@ -2,6 +2,7 @@
 
 remark-part_kept_apart = The lake has other content in its place: it is kept apart, below apart/. Was the history begun anew, or have two machines one name?
 remark-part_sent_again = The lake's copy was cut and is replaced
+remark-shipped_unnoted = What was shipped cannot be noted beside the history ({ $cause }), which therefore does not know it when it deletes old days
 remark-part_unreadable = The file is damaged and was not sent; thermaxis history check says more
 
 remark-nothing_measured = fewer than two displacements were measured on the day: the model was not verified

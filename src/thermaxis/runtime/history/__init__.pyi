@@ -31,6 +31,7 @@ from ._parts import (
     MINUTE as MINUTE,
     Part as Part,
     machine_folder as machine_folder,
+    note_shipped as note_shipped,
     unjoined as unjoined,
 )
 from ._reader import (

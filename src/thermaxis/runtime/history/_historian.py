@@ -111,6 +111,7 @@ class SqlHistorian(Historian):
         self._closer: Closing | None = None
         self._close_s = self._retire_s = self._failed_since_s = 0.0
         self._unjoined: list[str] = []
+        self._unshipped = 0
         self._unusable = ""
         # ---- of both; each is replaced whole
         self._failure: Message | None = None
@@ -336,10 +337,16 @@ class SqlHistorian(Historian):
 
     def _retire(self, store: Store) -> None:
         try:
-            store.retire(self._settings.retention_days)
+            kept, lost = store.retire(self._settings.retention_days)
         except OSError as error:  # finished hours are closed nevertheless
             detail = printable_cause(error)
             self._state("alarm", Message("event-old_days_kept", {"detail": detail}))
+            return
+        if lost:
+            self._state("alarm", Message("event-unshipped_deleted", {"detail": ", ".join(lost)}))
+        if kept and not self._unshipped:
+            self._state("alarm", Message("event-unshipped_kept", {"days": kept}))
+        self._unshipped = kept
 
     def _close_a_part(self, store: Store) -> bool:
         """Go on with closing; return whether a part is closed, so that there may be another."""

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 MINUTE: Final = "minute_utc"
 """Begin of a minute."""
 _PART = re.compile(r"cycles-(\d{12})-(\d{12})\.parquet")
+_SHIPPED: Final = "shipped.txt"
 _ZSTD_LEVEL = 9
 _GROUP_VALUES = 3_500_000  # in a row group: it bounds the memory of writing, to 230 MB in all
 
@@ -108,6 +109,33 @@ def remove_remains(folder: Path) -> None:
     for path in days_of(folder).values():
         for part in set(_every_part(path)) - set(parts_of(path)):
             part.remove()
+
+
+# ---- what a lake has ----------------------------------------------------------------------------
+
+
+def shipped_name(part: Part) -> str:
+    """Return the name by which a part is known to have been shipped."""
+    return f"{part.folder.name}/{part.cycles.name}"
+
+
+def shipped_names(folder: Path) -> frozenset[str] | None:
+    """Return which parts a lake has confirmed; None where nothing was ever shipped."""
+    try:
+        return frozenset((folder / _SHIPPED).read_text("utf-8", "replace").splitlines())
+    except FileNotFoundError:
+        return None
+
+
+def note_shipped(parts: Sequence[Part]) -> None:
+    """Take note beside the days of a machine which parts a lake has confirmed."""
+    path = parts[0].folder.parent / _SHIPPED
+    target = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        target.write_text("".join(f"{shipped_name(part)}\n" for part in parts), "utf-8")
+        target.replace(path)
+    finally:
+        target.unlink(missing_ok=True)
 
 
 # ---- writing ------------------------------------------------------------------------------------

@@ -31,7 +31,8 @@ class HistorianSettings:
     `NAME.postgresql` beside the configuration."""
     retention_days: Annotated[int, Field(ge=1, le=36_500)] = 90
     """Days with records that are kept, 1 to 36 500; others do not count, so that a clock that is
-    wrong for once deletes nothing. Default: a quarter. [d]"""
+    wrong for once deletes nothing. Where days are shipped, those that were not stay up to twice as
+    many. Default: a quarter. [d]"""
     largest_waiting_bytes: Annotated[int, Field(ge=100_000, le=10**12)] = 32_000_000
     """Memory for what cannot be stored at the moment; then the oldest cycles are lost, and that is
     stated. Default: seven hours at one second with four outputs and eight channels. [byte]"""

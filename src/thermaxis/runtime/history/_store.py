@@ -20,7 +20,14 @@ from thermaxis.runtime.history._closing import Order
 from thermaxis.runtime.history._columns import ID, TIME, Item, Layout, PackedEvent, Row
 from thermaxis.runtime.history._database import file_identity, writing_engine
 from thermaxis.runtime.history._integrity import writer_lock
-from thermaxis.runtime.history._parts import days_of, last_id, machine_folder, parts_of
+from thermaxis.runtime.history._parts import (
+    days_of,
+    last_id,
+    machine_folder,
+    parts_of,
+    shipped_name,
+    shipped_names,
+)
 from thermaxis.runtime.history._settings import HistorianSettings
 from thermaxis.runtime.history._url import history_folder, sqlite_path
 
@@ -228,17 +235,34 @@ class Store:
             if getattr(error.orig, "sqlstate", None) != _LOCK_NOT_AVAILABLE:
                 raise
 
-    def retire(self, days: int) -> None:
-        """Remove the days that were recorded first, beyond those kept, with their events."""
+    def retire(self, days: int) -> tuple[int, tuple[str, ...]]:
+        """Remove the days that were recorded first, beyond those kept, with their events.
+
+        Where days are shipped, one that no lake has confirmed stays, as long as there are no more
+        than `days` of them beyond those kept. Returned are how many stay so, and which are gone
+        unshipped.
+        """
+        shipped = shipped_names(self.folder)
         every = {path: parts_of(path) for path in days_of(self.folder).values()}
         order = sorted((parts[-1].last, path) for path, parts in every.items() if parts)
-        for last, path in order[: max(0, len(order) - days)]:
+        old = [path for _, path in order[: max(0, len(order) - days)]]
+        unshipped = [
+            path
+            for path in old
+            if shipped is not None and not shipped.issuperset(map(shipped_name, every[path]))
+        ]
+        lost = unshipped[: max(0, len(unshipped) - days)]
+        kept = unshipped[len(lost) :]
+        for path in (path for path in old if path not in kept):
             for part in every[path]:
                 part.remove()
             with suppress(OSError):  # what others have put there stays
                 path.rmdir()
+            event, ids = t.events.c.cycle_id, (every[path][0].first, every[path][-1].last)
             with self._connection.begin():
-                self._connection.execute(sa.delete(t.events).where(t.events.c.cycle_id <= last))
+                gone = event.between(*ids) if kept else event <= ids[1]
+                self._connection.execute(sa.delete(t.events).where(gone))
+        return len(kept), tuple(path.name for path in lost)
 
 
 def _layout_of(item: Item) -> Layout | None:
