@@ -89,6 +89,25 @@ def test_nodes_of_an_axis_are_found_where_its_letter_and_the_words_are_glued_tog
     assert 'read_back_node = ""  # not found\neffective_node = ""  # not found' in bare
 
 
+def test_touches_of_a_probe_are_found_by_value_and_counter_and_their_limits_are_left(
+    tmp_path: Path,
+) -> None:
+    names = ("offset_mm", "touch_um", "touch_count", "T_spindle_C")
+    nodes = [FoundNode(f"ns=2;s={n}", f"Lathe.{n}", "Double", True, 22.0, "") for n in names]
+    nodes[1] = nodes[1]._replace(unit="um")
+    text = "\n".join(_lines(nodes, {"security": "none"}, None, tmp_path))
+    table = text.partition('[probe."offset_mm_um"]')[2]
+    assert [line.partition("  #")[0] for line in table.split("\n") if line] == [
+        'node = "ns=2;s=touch_um"',
+        'counter_node = "ns=2;s=touch_count"',
+        'unit = "um"',
+        "largest_um = 0",
+        "largest_rate_um_per_s = 0",
+    ]
+    alone = "\n".join(_lines(nodes[:2], {"security": "none"}, None, tmp_path))
+    assert "[probe" not in alone, "a probe that counts nothing is named as not used"
+
+
 def test_files_are_named_as_they_count_from_the_folder_of_the_output(tmp_path: Path) -> None:
     file = tmp_path / "a" / "connection.toml"
     file.parent.mkdir()

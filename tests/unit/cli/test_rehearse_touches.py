@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from thermaxis.cli import main
+from tests.refusals import refused
+from thermaxis.cli import build_parser, main
+from thermaxis.cli.machine import rehearse
 
 LARGEST_UM, RATE_UM_PER_S, CYCLE_S = 12.0, 0.05, 1.9
 PROBE = f"""\
@@ -44,6 +46,14 @@ def offsets_of(machine: Path, *faults: str) -> list[float]:
     assert max(map(abs, offset_um)) <= LARGEST_UM
     assert max(abs(b - a) for a, b in pairwise(offset_um)) <= RATE_UM_PER_S * CYCLE_S + 1e-9
     return offset_um
+
+
+def test_touches_that_the_configuration_does_not_read_are_refused(machine: Path) -> None:
+    text = machine.read_text(encoding="utf-8")
+    machine.write_text(text.replace("counter_node", "# counter_node"), encoding="utf-8")
+    words = build_parser(["rehearse"]).parse_args(["rehearse", str(machine), "--touch-every", "1h"])
+    with refused("touches_not_read"):
+        rehearse.run(words)
 
 
 def test_what_touches_show_moves_the_tool_within_the_limits_and_a_chip_does_not(

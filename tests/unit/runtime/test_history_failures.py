@@ -646,7 +646,7 @@ def test_another_database_is_no_history(tmp_path: Path) -> None:
     other.close()
     with pytest.raises(DataError, match="no history"):
         HistoryReader(url_of(path))
-    with pytest.raises(ConfigurationError, match="no such file"):
+    with pytest.raises(ConfigurationError, match="no loop has written"):
         HistoryReader(url_of(tmp_path / "none.db"))
 
 

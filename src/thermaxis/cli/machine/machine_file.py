@@ -30,11 +30,12 @@ _ACCEPTED = re.compile(rf"accept|read.?back|({_OFFSET.pattern}).*(act(ual)?|ist)
 _EFFECTIVE = re.compile(rf"effect|acting|({_OFFSET.pattern}).*eff$")
 _BEAT = re.compile("heart|beat|alive|life")
 _TEMPERATURE = re.compile(r"temp|teplot|(^|_)t\d*(_|$)|_c$|sensor")
+_TOUCH, _COUNT = re.compile("touch|antast|dotyk"), re.compile("count|number")
 _DIAMETER = re.compile("diam|durchm|prumer")
 _CELSIUS = {"°C": "degC", "degC": "degC", "C": "degC", "K": "K", "°F": "degF"}
 _MET, _UNMET = re.compile("referenc|homed|machine_?on|ready"), re.compile("emerg|e_?stop|homing")
 _KINDS = re.compile(
-    "offset|shift|correction|korrektur|accept(ed)?|eff(ect(ive)?)?|acting|read.?back|_|(?<=.)um$|mm$"
+    "touch|count(er)?|offset|shift|correction|korrektur|accept(ed)?|eff(ect(ive)?)?|acting|read.?back|_|(?<=.)um$|mm$"
     "|(?<=.)(act(ual)?|ist|set(point)?|soll)$"
 )
 _LENGTHS = {"mm": "mm", "µm": "um", "μm": "um", "um": "um"}
@@ -112,6 +113,8 @@ def _lines(
     model = None if model_file is None else read_model(model_file)
     left = [one for one in found if not isinstance(one.value, bool)]
     beats = _taken(left, _BEAT, writable=True)
+    touches = _taken(left, _TOUCH)
+    counters = _taken(touches, _COUNT)
     accepted, effective = _taken(left, _ACCEPTED), _taken(left, _EFFECTIVE)
     offsets = _taken(left, _OFFSET, writable=True)
     diameters, sensors = _taken(left, _DIAMETER), _taken(left, _TEMPERATURE, units=_CELSIUS)
@@ -141,6 +144,11 @@ def _lines(
         outputs = {one.name: _nearest(one.name, offsets) for one in model.outputs}
     for name, offset in outputs.items():
         yield from _output(name, offset, accepted, effective)
+        probe, counter = _nearest(name, touches), _nearest(name, counters)
+        if probe is not None and counter is not None:
+            yield f"\n[probe.{_quoted(name)}]"
+            yield from (*_node("node", probe), *_node("counter_node", counter), _unit(probe))
+            yield from _limits("what touches add")
 
 
 def _input(name: str, sensor: FoundNode | None) -> Iterator[str]:
@@ -168,10 +176,18 @@ def _output(
     short = "" if offset is None else _short(offset)
     yield from _node("read_back_node", _nearest(short, accepted))
     yield from _node("effective_node", _nearest(short, effective))
-    unit = "" if offset is None else _LENGTHS.get(offset.unit, "")
-    yield f'unit = "{unit}"  # {"as the server says" if unit else "decide"}'
+    yield _unit(offset)
     yield f'sign = ""  # decide: "{AWAY}", or "{TOWARDS}"'
-    yield "largest_um = 0  # decide: output limit in micrometres"
+    yield from _limits("output limit")
+
+
+def _unit(one: FoundNode | None) -> str:
+    unit = "" if one is None else _LENGTHS.get(one.unit, "")
+    return f'unit = "{unit}"  # {"as the server says" if unit else "decide"}'
+
+
+def _limits(what: str) -> Iterator[str]:
+    yield f"largest_um = 0  # decide: {what} in micrometres"
     yield "largest_rate_um_per_s = 0  # decide: fastest change"
 
 

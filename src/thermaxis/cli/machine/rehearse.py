@@ -76,6 +76,11 @@ def run(arguments: argparse.Namespace) -> int:
             outputs=len(configuration.outputs),
             known=", ".join(virtual.SENSORS),
         )
+    (output,) = configuration.outputs
+    probe = configuration.probes.get(output)
+    if arguments.touch_every is not None and (probe is None or not probe.counter_node):
+        place = Place(file=str(arguments.configuration), key=f"probe.{output}")
+        raise ConfigurationError("touches_not_read", place=place)
     faults = [virtual.parse_fault(text, virtual.FAULTY) for text in arguments.fault]
     settings = virtual.LatheSettings(touch_every_s=arguments.touch_every)
     lathe = virtual.VirtualLathe(arguments.scenario, arguments.seed, settings, faults)
