@@ -1,11 +1,13 @@
 """A model from touches alone: what is held out, what is said of it, and how sure it is."""
 
 from dataclasses import replace
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
 
 from tests.thermal_machines import log, machine
+from tests.touched_machine import HISTORY, INPUTS as MACHINE_INPUTS, Machine, history
 from thermaxis.thermal import (
     IdentifiedOutput,
     Method,
@@ -16,6 +18,7 @@ from thermaxis.thermal import (
     parse_input,
     records_of,
     verify,
+    without_far_touches,
 )
 
 pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
@@ -27,9 +30,9 @@ EVERY = 12
 """Rows of five minutes from touch to touch."""
 
 
-def touched(seed: int, hours: float = 48.0) -> ThermalLog:
-    """Return a log of the direct machine, touched each hour with a noise of a micrometre."""
-    columns = dict(log("direct", hours, seed, step_s=300.0).columns())
+def touched(seed: int, hours: float = 48.0, kind: str = "direct") -> ThermalLog:
+    """Return a log of a machine, touched each hour with a noise of a micrometre."""
+    columns = dict(log(kind, hours, seed, step_s=300.0).columns())
     z, random = columns["Z_um"], np.random.default_rng(seed)
     touches = np.full_like(z, np.nan)
     touches[::EVERY] = z[::EVERY] + random.standard_normal(z[::EVERY].size)
@@ -116,3 +119,56 @@ def test_a_segment_of_its_first_touch_alone_tells_nothing_of_a_drift() -> None:
     (found,) = identify(one, modal_options=options).outputs
     (drift,) = (w for w in found.warnings if w.code == "warning-probe_drift")
     assert drift.values["span_h"] == pytest.approx(24.0, rel=0.02)
+
+
+def far(one: ThermalLog, chip: int, datum: int) -> ThermalLog:
+    """Return a log with one touch 50 um off, and a datum that was set 30 um lower."""
+    z = one.columns["Z_um"].copy()
+    rows = np.flatnonzero(~np.isnan(z))
+    z[rows[chip]] += 50.0
+    z[rows[datum] :] -= 30.0
+    return replace(
+        one, columns={**one.columns, "Z_um": z}, start=datetime(2026, 11, 23, 6, 30, tzinfo=UTC)
+    )
+
+
+def test_a_chip_and_another_datum_are_named_with_their_times_and_not_learnt_from() -> None:
+    seed = 6
+    truth = ThermalLog.from_columns(dict(log("direct", 48.0, seed, step_s=300.0).columns()))
+    left_um: list[float] = []
+    for one in (touched(seed), far(touched(seed), 12, 30)):
+        made = records(one)
+        found = identify(made, modal_options=QUICK)
+        judged = verify(found.to_compensation_model(made), [truth])
+        left_um.append(judged.pooled["Z_um"].mae_um)
+    assert left_um[1] < 1.5 * left_um[0] + 1.0, "learnt from, they leave ten times as much"
+    told = {w.code: w for w in found.outputs[0].warnings}
+    (chip,) = told["warning-touches_excluded"].values["touches"]
+    (moved,) = told["warning-datum_moved"].values["touches"]
+    assert chip.values["at"] == "2026-11-23 18:30"
+    assert chip.values["um"] == pytest.approx(50.0, abs=8.0)
+    assert moved.values["at"] == "2026-11-24 12:30"
+    assert moved.values["um"] == pytest.approx(-30.0, abs=8.0)
+
+
+@pytest.mark.parametrize("kind", ["coupled", "remote", "coolant"])
+def test_no_touch_of_another_machine_is_far(kind: str) -> None:
+    for seed in range(4):
+        made = records(touched(seed, kind=kind))
+        kept, said = without_far_touches(made)
+        assert kept is made
+        assert not said
+
+
+def test_one_of_two_chips_in_a_thousand_touches_is_as_far_as_the_other() -> None:
+    whole = history(Machine(days=HISTORY + 20), 3)
+    z = whole.columns["Z_um"].copy()
+    rows = np.flatnonzero(~np.isnan(z))
+    assert rows.size > 900
+    z[rows[[150, 800]]] += 40.0
+    one = replace(whole, columns={**whole.columns, "Z_um": z})
+    kept, said = without_far_touches(records_of([one], MACHINE_INPUTS, ["Z_um"]))
+    (message,) = said["Z_um"]
+    assert message.values["count"] == 2
+    left = kept.logs[0].columns["Z_um"]
+    assert np.flatnonzero(np.isnan(left[rows])).tolist() == [150, 800]

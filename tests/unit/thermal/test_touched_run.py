@@ -12,6 +12,7 @@ from thermaxis.thermal import (
     ThermalLog,
     TouchFigures,
     TouchPlan,
+    likeliest_drift,
     touch_interval_s,
     verify,
 )
@@ -183,3 +184,17 @@ def test_what_is_likeliest_is_true_and_innovations_lie_where_they_should(
     assert found.within_two_sigma is not None
     assert 0.91 < found.within_two_sigma < 0.98
     assert found.with_offset.mae_um < found.probe_and_hold.mae_um < found.free_run.mae_um
+
+
+def test_chips_and_another_datum_make_no_drift_likelier() -> None:
+    rng = np.random.default_rng(4)
+    time_s = 3600.0 * np.arange(200.0)
+    left_um = np.cumsum(rng.normal(0.0, 0.5, 200)) + rng.normal(0.0, math.hypot(1.0, 2.0), 200)
+    known = likeliest_drift(time_s, left_um, 1.0)
+    assert known == (pytest.approx(0.5, rel=0.6), pytest.approx(2.0, abs=0.4))
+    far_um = left_um + 30.0 * (time_s > 120.0 * 3600.0)
+    far_um[[20, 60, 61, 150]] += (50.0, -40.0, 50.0, -30.0)
+    assert likeliest_drift(time_s, far_um, 1.0) == (
+        pytest.approx(known[0], abs=0.3),
+        pytest.approx(known[1], abs=0.3),
+    )

@@ -21,6 +21,14 @@ warning-probe_drift = posunutí v záznamu driftuje o { SIGNED($um_per_h) } um/h
 warning-drift_held_out = co model z odložených řádků nechává, je méně, než sonda driftuje: neposuzují jej, to může jen záznam bez tohoto driftu
 warning-lags_against_record = záznam mluví proti zadaným časovým konstantám: s vlastními ({ $own_s } s) je e^{ $less }krát pravděpodobnější; zesílení nemají intervaly, protože ty platí, jen platí-li konstanty
 warning-candidates_left_out = nenaučeno, protože jejich snímačům nelze věřit (nálezy říkají proč): { $names }
+warning-touches_excluded = { $count ->
+        [one] jeden dotyk leží
+        [few] { $count } dotyky leží
+        *[other] { $count } dotyků leží
+    } tak daleko od toho, co říkají ostatní, že se z toho model neučí: { $touches }. Tříska?
+warning-datum_moved = vztažný bod byl během záznamu nastaven znovu, neboť to, co dotyky ukazují, skočí o { $touches }: pozdější se o to vracejí zpět
+touches-far = { SIGNED($um) } um, { $at_h } h po prvním řádku
+touches-far_at = { SIGNED($um) } um v { $at }
 warning-two_regimes_by = dva režimy v { $log }: zesílení a časové konstanty se mění s { $column } ({ $low } nebo { $high }), což je { $high } v řádcích { $rows } (úseků celkem: { $stretches }). Model učte a provozujte v jednom z nich a s ním jej zablokujte: na stroji modely nic nepřepíná
 warning-two_regimes_gains = statická zesílení v um/K při { $column } { $low } / { $high } v { $log }: { $gains }; zesílení a konstanty, které se přepínají, nechávají { $rmse_um } um z posledních 30 % měřených řádků, ty, které se nepřepínají, { $one_um } um (obojí z klidu a kolem průměru toho, co nechávají předtím, na rozdíl od tabulky chyb)
 two_regimes-rows = { $first }..{ $last }

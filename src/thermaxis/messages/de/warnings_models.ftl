@@ -21,6 +21,13 @@ warning-probe_drift = die Verlagerung des Protokolls driftet um { SIGNED($um_per
 warning-drift_held_out = was das Modell von zurückgehaltenen Zeilen übrig lässt, ist weniger, als der Taster driftet: Sie beurteilen es nicht, das kann nur ein Protokoll ohne diese Drift
 warning-lags_against_record = die Aufzeichnung spricht gegen die angegebenen Zeitkonstanten: Mit ihren eigenen ({ $own_s } s) ist sie e^{ $less } Mal so wahrscheinlich; Verstärkungen haben keine Intervalle, da diese nur mit den Zeitkonstanten gelten
 warning-candidates_left_out = nicht gelernt, weil ihren Sensoren nicht zu trauen ist (die Befunde sagen, warum): { $names }
+warning-touches_excluded = { $count ->
+        [one] eine Antastung liegt
+        *[other] { $count } Antastungen liegen
+    } so weit neben dem, was die anderen sagen, dass daraus nicht gelernt wird: { $touches }. Ein Span?
+warning-datum_moved = der Bezugspunkt wurde während des Protokolls neu gesetzt, denn was die Antastungen zeigen, springt um { $touches }: Spätere werden um so viel zurückgenommen
+touches-far = { SIGNED($um) } um, { $at_h } h nach der ersten Zeile
+touches-far_at = { SIGNED($um) } um um { $at }
 warning-two_regimes_by = zwei Betriebsarten in { $log }: Verstärkungen und Zeitkonstanten ändern sich mit { $column } ({ $low } oder { $high }), das in den Zeilen { $rows } { $high } ist (Abschnitte insgesamt: { $stretches }). Das Modell in einer von beiden trainieren und betreiben, mit ihr verriegelt: Nichts an der Maschine schaltet Modelle um
 warning-two_regimes_gains = stationäre Verstärkungen in um/K bei { $column } { $low } / { $high } in { $log }: { $gains }; Verstärkungen und Zeitkonstanten, die umschalten, lassen { $rmse_um } um der letzten 30 % der gemessenen Zeilen übrig, solche, die es nicht tun, { $one_um } um (beide aus der Ruhe und um das Mittel dessen, was sie vorher übrig lassen, anders als in der Tabelle der Fehler)
 two_regimes-rows = { $first }..{ $last }

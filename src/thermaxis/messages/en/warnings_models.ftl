@@ -21,6 +21,13 @@ warning-probe_drift = the displacement of the log drifts by { SIGNED($um_per_h) 
 warning-drift_held_out = what the model leaves of rows held out is less than the probe drifts: they do not judge it, only a log without this drift can
 warning-lags_against_record = the record speaks against the lags that were given: with its own ({ $own_s } s) it is e^{ $less } times as likely; gains and DC gains have no intervals, as these hold if the lags do
 warning-candidates_left_out = not learnt from, as their sensors cannot be trusted (the findings say why): { $names }
+warning-touches_excluded = { $count ->
+        [one] a touch is
+        *[other] { $count } touches are
+    } so far off what the others tell that it is not learnt from: { $touches }. A chip?
+warning-datum_moved = the datum was set anew while the log ran, as what the touches show steps by { $touches }: later ones are taken back by it
+touches-far = { SIGNED($um) } um, { $at_h } h after the first row
+touches-far_at = { SIGNED($um) } um at { $at }
 warning-two_regimes_by = two regimes in { $log }: gains and time constants change with { $column } ({ $low } or { $high }), which is { $high } in rows { $rows } (stretches in all: { $stretches }). Train and run the model at one of the two, interlocked with it: nothing on the machine switches models
 warning-two_regimes_gains = DC gains in um/K at { $column } { $low } / { $high } in { $log }: { $gains }; gains and lags that switch leave { $rmse_um } um of the last 30 % of its measured rows, gains and lags that do not { $one_um } um (both from rest and about the mean of what they leave before, unlike the table of errors)
 two_regimes-rows = { $first }..{ $last }

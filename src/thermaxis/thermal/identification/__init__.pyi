@@ -1,6 +1,9 @@
 from ._clocks import (
     with_one_clock as with_one_clock,
 )
+from ._far_touches import (
+    without_far_touches as without_far_touches,
+)
 from ._figures import (
     NOT_FIT as NOT_FIT,
     SIMPLE as SIMPLE,

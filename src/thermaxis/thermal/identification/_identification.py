@@ -11,6 +11,7 @@ import numpy as np
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal.identification._far_touches import without_far_touches
 from thermaxis.thermal.identification._figures import (
     SIMPLE,
     simple_model,
@@ -114,9 +115,12 @@ def identify(
             return _identified(part, method, orders, options)
 
     brief = _without_intervals(modal_options)
+    records, far = without_far_touches(records)
     found = with_figures(
         estimated(records, modal_options), records, lambda part: estimated(part, brief)
     )
+    told = [replace(o, warnings=(*far.get(o.name, ()), *o.warnings)) for o in found.outputs]
+    found = replace(found, outputs=tuple(told))
     if orders is None and not (brief.time_constants_s or brief.delays_s):
         found = replace(found, outputs=tuple(with_regimes(o, records) for o in found.outputs))
     return _with_next_tests(found, records)

@@ -13,12 +13,11 @@ from typing import final
 import numpy as np
 
 from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.verification import likeliest_drift
 
 CLIPPED = 4.0
 """An innovation counts as no more than so many standard deviations: chips, another datum. [1]"""
 _UNKNOWN_UM2 = 1e8
-_DRIFTS_UM = np.geomspace(0.1, 20.0, 16)
-_MORE_UM = (0.0, 0.5, 1.0, 2.0, 4.0)
 
 
 @final
@@ -39,11 +38,6 @@ class Innovations:
             found[k] = left_um[k] - offset
             offset = offset + gain * found[k]
         return (found.T / self.std_um).T
-
-    def log_likelihood(self, left_um: FloatArray) -> float:
-        """Return how likely what a model leaves is, up to a constant; far ones are clipped. [1]"""
-        r = np.minimum(np.abs(self.of(left_um)), CLIPPED)
-        return -float(np.sum(0.5 * r**2 + np.log(self.std_um)))
 
 
 def innovations_of(time_s: FloatArray, noise_um: float, drift_um_per_root_h: float) -> Innovations:
@@ -66,12 +60,8 @@ def likeliest(
 
     What the model leaves anew at every touch adds to the noise of the probe.
     """
-    tried = (
-        (float(np.hypot(least_noise_um, more_um)), drift_um)
-        for more_um in _MORE_UM
-        for drift_um in _DRIFTS_UM.tolist()
-    )
-    return max(tried, key=lambda one: innovations_of(time_s, *one).log_likelihood(left_um))
+    drift_um, more_um = likeliest_drift(time_s, left_um, least_noise_um)
+    return float(np.hypot(least_noise_um, more_um)), drift_um
 
 
 @final

@@ -27,6 +27,7 @@ from thermaxis.thermal.identification import (
     identify,
     records_of,
     simple_model,
+    without_far_touches,
 )
 from thermaxis.thermal.log import InputDefinition, ThermalLog, check_log
 from thermaxis.thermal.modal import ModalOptions, modal
@@ -197,7 +198,7 @@ def _records(log: ThermalLog, cut_s: float, model: CompensationModel, name: str)
         for part in output.parts
     }
     try:
-        return records_of([learnt], list(inputs.values()), [name])
+        return without_far_touches(records_of([learnt], list(inputs.values()), [name]))[0]
     except DataError:
         return None
 

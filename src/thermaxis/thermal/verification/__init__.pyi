@@ -24,6 +24,7 @@ from ._touched_run import (
     TouchError as TouchError,
     TouchFigures as TouchFigures,
     TouchPlan as TouchPlan,
+    likeliest_drift as likeliest_drift,
     touch_interval_s as touch_interval_s,
 )
 from ._verification import (

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import NamedTuple, final
 
 import numpy as np
@@ -33,6 +32,7 @@ _DRIFTS_UM, _DISCREPANCIES_UM = np.meshgrid(
 )
 """Drifts and discrepancies among which the likeliest are looked for. [µm/√h, µm]"""
 _ROUNDING = 1e-9
+_FAR = 0.01
 _FEWEST = 8
 """Fewer touches say nothing of a drift. [1]"""
 
@@ -263,17 +263,44 @@ def _error(left_um: FloatArray, tolerance_um: float) -> TouchError:
 
 
 def _likeliest(rules: TouchRules, seen: Sequence[_Seen]) -> TouchRules | None:
-    """Return the rules by which the innovations are likeliest: each is N(0, S)."""
+    """Return the rules by which the innovations are likeliest, where there are enough touches."""
     if len(seen) < _FEWEST:
         return None
-    noise_um2 = rules.noise_um**2 + _DISCREPANCIES_UM**2
-    b_um, p_um2 = np.full_like(noise_um2, seen[0].offset_um), noise_um2
-    likelihood = np.zeros_like(noise_um2)
-    for before, one in pairwise(seen):
-        p_um2 = p_um2 + _DRIFTS_UM**2 * (one.time_s - before.time_s) / 3600.0
-        s_um2, r_um = p_um2 + noise_um2, one.offset_um - b_um
-        likelihood -= 0.5 * (np.log(s_um2) + r_um**2 / s_um2)
-        b_um, p_um2 = b_um + p_um2 / s_um2 * r_um, p_um2 * noise_um2 / s_um2
-    best = np.unravel_index(np.argmax(likelihood), likelihood.shape)
-    drift_um, discrepancy_um = float(_DRIFTS_UM[best]), float(_DISCREPANCIES_UM[best])
+    time_s, offset_um = (np.array([one[k] for one in seen]) for k in (1, 2))
+    drift_um, discrepancy_um = likeliest_drift(time_s, offset_um, rules.noise_um)
     return replace(rules, drift_um_per_root_h=drift_um, discrepancy_um=discrepancy_um)
+
+
+def likeliest_drift(
+    time_s: FloatArray, left_um: FloatArray, noise_um: float
+) -> tuple[float, float]:
+    """Return drift [µm/√h] and discrepancy [µm] by which what a model leaves is likeliest.
+
+    An innovation is N(0, S), or with a hundredth of probability anywhere in the range of them all:
+    a chip, another datum. Such a one changes nothing, and the second in a row is the new datum.
+
+    Parameters
+    ----------
+    time_s, left_um : array
+        Times of touches, rising, and what the model leaves of them, (m,) each. [s, µm]
+    noise_um : float
+        Standard deviation of one touch, to which the discrepancy adds. [µm]
+    """
+    noise_um2 = noise_um**2 + _DISCREPANCIES_UM**2
+    farthest = float(np.log((np.ptp(left_um) + noise_um) / _FAR))
+    b_um: FloatArray = np.full_like(noise_um2, left_um[0])
+    p_um2 = noise_um2
+    cost, apart = np.zeros_like(noise_um2), np.zeros(noise_um2.shape, dtype=np.bool_)
+    for passed_s, one_um in zip(np.diff(time_s).tolist(), left_um[1:].tolist(), strict=True):
+        p_um2 = p_um2 + _DRIFTS_UM**2 * passed_s / 3600.0
+        s_um2, r_um = p_um2 + noise_um2, one_um - b_um
+        own = 0.5 * (np.log(2.0 * np.pi * s_um2) + r_um**2 / s_um2)
+        cost += np.minimum(own, farthest)
+        far = own > farthest
+        anew = far & apart
+        gain = np.where(anew, 1.0, np.where(far, 0.0, p_um2 / s_um2))
+        b_um += gain * r_um
+        apart = far & ~anew
+        p_um2 = np.where(apart, p_um2, gain * noise_um2)
+    best = np.unravel_index(np.argmin(cost), cost.shape)
+    return float(_DRIFTS_UM[best]), float(_DISCREPANCIES_UM[best])

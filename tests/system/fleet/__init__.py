@@ -1,1 +1,0 @@
-"""A fleet on programs of their own."""
