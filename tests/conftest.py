@@ -44,6 +44,7 @@ FIRST = (
     "test_loop_is_killed",
     "test_foreign_opcua",
     "test_clean_installation",
+    "test_kills",
     "test_tutorials",
     "test_app",
     "test_operator_looks",

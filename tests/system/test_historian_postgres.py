@@ -1,15 +1,9 @@
 """The same history, and a fleet's registry, in PostgreSQL: a server of its own on this computer."""
 
 import asyncio
-import os
-import pwd
 import shutil
-import socket
-import subprocess
-import tempfile
-import time
 from collections.abc import Callable, Coroutine, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
@@ -17,6 +11,7 @@ import polars as pl
 import psycopg
 import pytest
 
+from tests.system.postgres import PASSWORD, Server, new_server
 from tests.unit.fleet.registry_laws import Made, RegistryLaws
 from tests.unit.runtime.history_records import (
     BEGIN,
@@ -45,118 +40,14 @@ from thermaxis.runtime.history._columns import Item
 
 pytestmark = pytest.mark.system
 
-PASSWORD = "not a secret: of a server that lives for a test"  # noqa: S105 - see its text
 KEPT = {"cycles", "events", "history"}
 QUICK = HistorianSettings(batch_s=0.01, retry_s=0.1, password=Secret(PASSWORD))
 
 
-def program(name: str) -> str:
-    """Return a program of PostgreSQL; it is not always on the path."""
-    found = shutil.which(name)
-    folders = sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
-    beside = [str(folder / name) for folder in folders if (folder / name).is_file()]
-    choices = beside if found is None else [found, *beside]
-    if not choices:
-        pytest.fail(f"{name} is missing: install the package postgresql")
-    return choices[0]
-
-
-def user() -> str | None:
-    """Return who runs the server: it refuses to run for root."""
-    if os.geteuid() != 0:
-        return None
-    names = {entry.pw_name for entry in pwd.getpwall()}
-    return "postgres" if "postgres" in names else "nobody"
-
-
-@dataclass
-class Server:
-    """A server of PostgreSQL."""
-
-    folder: Path
-    port: int
-    child: subprocess.Popen[bytes] | None = None
-
-    @property
-    def url(self) -> str:
-        return f"postgresql+psycopg://thermaxis@127.0.0.1:{self.port}/thermaxis"
-
-    def start(self) -> None:
-        settings = {
-            "listen_addresses": "127.0.0.1",
-            "port": str(self.port),
-            "unix_socket_directories": str(self.folder),
-            "shared_buffers": "4MB",
-            "max_connections": "10",
-        }
-        words = [word for name, value in settings.items() for word in ("-c", f"{name}={value}")]
-        with (self.folder / "server.log").open("ab") as log:
-            self.child = subprocess.Popen(
-                [program("postgres"), "-D", str(self.folder / "data"), *words],
-                stdout=log,
-                stderr=log,
-                user=user(),
-                cwd=self.folder,
-            )
-        for _ in range(100):
-            try:
-                self.execute("SELECT 1", database="postgres")
-            except psycopg.OperationalError:
-                time.sleep(0.1)
-            else:
-                return
-        pytest.fail((self.folder / "server.log").read_text(errors="replace")[-2000:])
-
-    def kill(self) -> None:
-        """End it as a loss of power would: at once, without a word to its clients."""
-        if self.child is not None:
-            self.child.send_signal(3)  # SIGQUIT: no checkpoint, recovery at the next start
-            self.child.wait(20)
-            self.child = None
-
-    def execute(self, statement: str, database: str = "thermaxis") -> list[tuple[object, ...]]:
-        with psycopg.connect(
-            host="127.0.0.1",
-            port=self.port,
-            user="thermaxis",
-            password=PASSWORD,
-            dbname=database,
-            autocommit=True,
-        ) as connection:
-            found = connection.execute(statement.encode())
-            return found.fetchall() if found.description else []
-
-
 @pytest.fixture(scope="module")
 def running() -> Iterator[Server]:
-    folder = Path(tempfile.mkdtemp(prefix="history"))
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = int(free.getsockname()[1])
-    server = Server(folder, port)
-    secret = folder / "secret"
-    secret.write_text(PASSWORD)
-    who = user()
-    if who is not None:
-        for path in (folder, secret):
-            shutil.chown(path, who)
-    try:
-        subprocess.run(
-            [
-                *(program("initdb"), "-D", str(folder / "data"), "-U", "thermaxis", "-E", "UTF8"),
-                *("--auth=scram-sha-256", f"--pwfile={secret}", "--no-sync"),
-            ],
-            check=True,
-            stdout=subprocess.DEVNULL,
-            user=who,
-            cwd=folder,
-        )
-        server.start()
-        server.execute("CREATE DATABASE thermaxis", database="postgres")
+    with new_server() as server:
         yield server
-    finally:
-        server.kill()
-        shutil.rmtree(folder)
 
 
 @pytest.fixture

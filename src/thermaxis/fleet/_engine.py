@@ -141,12 +141,14 @@ def dask_engine(
     }
     with ExitStack() as stack:
         stack.enter_context(config.set(rules))
+        for logger in ("distributed", "distributed.client"):  # what is wrong is an error, said once
+            stack.enter_context(distributed.utils.silence_logging_cmgr("critical", logger))
         address: Any = scheduler or stack.enter_context(
             distributed.LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
                 host="127.0.0.1",
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",  # None would ask for port 8787
                 memory_limit=memory,
                 silence_logs=50,
             )

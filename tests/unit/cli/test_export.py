@@ -44,15 +44,14 @@ FILES = {
 @pytest.fixture(autouse=True)
 def few_rows(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut the vectors, which cost most of the time, where they are not what is tested."""
-    if "whole_vectors" not in request.fixturenames:
-        few = partial(vectors_of, most_calls=500)
-        monkeypatch.setattr(plc, "vectors_of", few)
-        monkeypatch.setattr(plc, "self_test_of", partial(plc.self_test_of, most_calls=5))
+    calls = 2000 if "more_vectors" in request.fixturenames else 500
+    monkeypatch.setattr(plc, "vectors_of", partial(vectors_of, most_calls=calls))
+    monkeypatch.setattr(plc, "self_test_of", partial(plc.self_test_of, most_calls=5))
 
 
 @pytest.fixture
-def whole_vectors() -> None:
-    """Leave the vectors as a user gets them."""
+def more_vectors() -> None:
+    """Leave vectors enough to tell whether a text is right."""
 
 
 @pytest.fixture
@@ -626,7 +625,7 @@ def test_models_that_refer_to_other_temperatures_make_no_line(tmp_path):
 # ---- the vectors, as a user would run them ------------------------------------------------------
 
 
-@pytest.mark.usefixtures("whole_vectors")
+@pytest.mark.usefixtures("more_vectors")
 @pytest.mark.parametrize(
     ("dialect", "bits"),
     [("st", "64"), ("scl", "32"), ("c", "64"), ("sinumerik-tempcomp", "64")],

@@ -7,9 +7,9 @@ rows that are stated call by call.
 
 import random
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -96,20 +96,25 @@ def _changed(text: str, block: str, span: tuple[int, int], other: str) -> Mutant
 
 
 @lru_cache
-def _records(library: str = LIBRARY) -> list[tuple[Block, Record]]:
-    made: list[tuple[Block, Record]] = []
-    for seed in SEEDS:
-        settings = with_all_limits(some_settings(seed), seed)
-        if library == TOUCH:
-            settings = with_touches(settings, seed)
-        steps = MoodPlant(settings, 77 + seed).steps(CycleBlock(settings), CALLS)
-        made.append((Block(settings=settings), recorded(settings, steps)))
+def _courses(library: str = LIBRARY) -> list[tuple[Block, Callable[[], Record]]]:
+    """Return the models with what makes their records: most mutants are noticed by the first."""
+    made: list[tuple[Block, Callable[[], Record]]] = []
     for place, (settings, rows, values) in enumerate(
         every_touched() if library == TOUCH else every_stated()
     ):
         named = replace(settings, name=f"stated {place}")
-        made.append((Block(settings=named), _stated(named, rows, values)))
+        made.append((Block(settings=named), cache(partial(_stated, named, rows, values))))
+    for seed in SEEDS:
+        settings = with_all_limits(some_settings(seed), seed)
+        if library == TOUCH:
+            settings = with_touches(settings, seed)
+        made.append((Block(settings=settings), cache(partial(_faulty, settings, seed))))
     return made
+
+
+def _faulty(settings: PlcSettings, seed: int) -> Record:
+    steps = MoodPlant(settings, 77 + seed).steps(CycleBlock(settings), CALLS)
+    return recorded(settings, steps)
 
 
 def _stated(settings: PlcSettings, rows: list[dict[str, Any]], values: list[float]) -> Record:
@@ -137,7 +142,8 @@ def unnoticed(mutants: Sequence[Mutant], folder: Path, library: str = LIBRARY) -
 
     A mistake changes no declaration: the blocks are compiled once, with each library linked anew.
     """
-    every = [block for block, _ in _records(library)]
+    courses = _courses(library)
+    every = [block for block, _ in courses]
     right = "".join(st_library(name, double=True) for name in dict.fromkeys((LIBRARY, library)))
     texts = [right, *(block.st()[f"{block.name}.st"] for block in every)]
     c, begin = st_as_c(texts, _NAME, apart=True), st_as_c([right], _NAME, apart=True).source
@@ -150,18 +156,20 @@ def unnoticed(mutants: Sequence[Mutant], folder: Path, library: str = LIBRARY) -
     }
     c_written(blocks, folder)
     built(folder, "gcc", *_QUICK, "-c", "driver.c", "blocks.c")
-    records = _records(library)
-    return [m.name for k, m in enumerate(mutants) if not _noticed(m, k, folder, records)]
+    return [m.name for k, m in enumerate(mutants) if not _noticed(m, k, folder, courses)]
 
 
 def _noticed(
-    mutant: Mutant, number: int, folder: Path, records: Sequence[tuple[Block, Record]]
+    mutant: Mutant,
+    number: int,
+    folder: Path,
+    courses: Sequence[tuple[Block, Callable[[], Record]]],
 ) -> bool:
     source, path = f"{number}.c", folder / f"{number}.so"
     (folder / source).write_text(st_as_c([mutant.text], _NAME, apart=True).source, "ascii")
     built(folder, "gcc", *_QUICK, "-shared", "-o", str(path), "driver.o", "blocks.o", source)
     library = CLibrary(path)
     return any(
-        difference(record, library.run(f"{_NAME}_{block.name}", record))
-        for block, record in records
+        difference(record(), library.run(f"{_NAME}_{block.name}", record()))
+        for block, record in courses
     )

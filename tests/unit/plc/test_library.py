@@ -61,7 +61,7 @@ MUTANTS = int(os.environ.get("PLC_MUTANTS", "16"))
 def test_every_text_says_the_same_to_the_last_bit_and_in_lreal_what_the_cycle_says(
     double: bool, tmp_path: Path
 ) -> None:
-    tasks = [Task(40 + k, 1.0 if k == 0 else 10.0, double, HOURS) for k in range(10)]
+    tasks = [Task(40 + k, 1.0 if k == 0 else 10.0, double, HOURS) for k in range(6)]
     seen = Seen()
     for found in compared_together(tasks, tmp_path):
         assert not any(found.differences.values()), (found.task.label, found.differences)
@@ -319,14 +319,23 @@ def test_editors_with_two_panes_get_marks_and_nothing_else_differs() -> None:
 
 
 def test_another_grammar_reads_library_and_block() -> None:
-    """It takes seconds for ten thousand signs: the library is read once, the rest for itself."""
+    """It takes seconds for ten thousand signs: it reads what is the same but for names once."""
     texts = EVERY[0].st("twincat") | EVERY[3].st("twincat")
     assert len(texts) == 3
-    for text in texts.values():
-        assert parse_source_code(text).exception is None
+    assert parse_source_code(forms("".join(texts.values()))).exception is None
     short = st_library(double=True).partition("\nEND_FUNCTION_BLOCK")[0] + "\nEND_FUNCTION_BLOCK\n"
     assert parse_source_code(short).exception is None
     assert parse_source_code(short.replace("END_IF;", "", 1)).exception is not None
+
+
+def forms(text: str) -> str:
+    """Return a text whose names are all the same, with every declaration and assignment once."""
+    lines: list[str] = []
+    for line in re.sub(r"\b[a-z]\w*", "x", bare(text)).splitlines():
+        whole = lines and re.search(r"(;|\bTHEN|\bELSE|VAR\w*)$", lines[-1])
+        if not (whole and re.fullmatch(r" *x :.*;", line) and line in lines):
+            lines.append(line)
+    return "\n".join(lines) + "\n"
 
 
 def compiler(*words: object) -> subprocess.CompletedProcess[str]:
@@ -401,8 +410,8 @@ def test_cplusplus_reads_the_headers(tmp_path: Path) -> None:
 def test_a_sample_of_the_mutants_of_the_library_is_noticed(
     library: str, count: int, tmp_path: Path
 ) -> None:
-    missed = unnoticed(every_mutant(library)[:count], tmp_path, library)
-    assert [name for name in missed if not excused(name)] == []
+    sample = [one for one in every_mutant(library)[:count] if not excused(one.name)]
+    assert unnoticed(sample, tmp_path, library) == []
 
 
 def excused(name: str) -> bool:

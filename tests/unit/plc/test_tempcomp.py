@@ -94,7 +94,7 @@ def test_the_line_is_that_of_polyfit_and_the_axis_that_moves_against_it_is_corre
 
 
 def course_of(block: CycleBlock, exported: PlcSettings) -> Iterator[PlcStep]:
-    return CallSequence(exported, most_calls=3000, block=block).steps()
+    return CallSequence(exported, most_calls=1500, block=block).steps()
 
 
 def with_line(exported: PlcSettings, line: LineSettings, language: str = "st") -> Compiled:

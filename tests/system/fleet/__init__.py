@@ -1,0 +1,1 @@
+"""A fleet on programs of their own."""
