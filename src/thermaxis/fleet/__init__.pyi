@@ -27,6 +27,7 @@ from ._nights import (
     NightJob as NightJob,
     Nights as Nights,
     do_nights as do_nights,
+    late_nights as late_nights,
     work as work,
 )
 from ._registry import (

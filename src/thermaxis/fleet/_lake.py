@@ -180,6 +180,10 @@ class Lake:
             self.frame(str(part.folder), part) for one in days for part in self._day(names, one)
         ]
 
+    def last_id(self, machine: str, day: date, formerly: Sequence[str] = ()) -> int:
+        """Return the id of the last cycle of a day, 0 where nothing was shipped. [1]"""
+        return max((part.last for part in self._day([*formerly, machine], day)), default=0)
+
     def _day(self, names: Sequence[str], day: date) -> list[Part]:
         folders = [f"{machine_folder(Path(), name)}/day={day.isoformat()}" for name in names]
         found = {part[:2]: part for folder in folders for part in self.parts(folder)}

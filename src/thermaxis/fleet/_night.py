@@ -104,6 +104,8 @@ class NightResult:
     """The model that is proposed in place of the one in force; None where it stays."""
     signs: tuple[Sign, ...] = ()
     """Figures by which causes are told apart when machines are judged."""
+    last_id: int = 0
+    """Id of the last cycle of the day that the lake had; 0 where the night failed. [1]"""
 
 
 def night_as_json(result: NightResult) -> dict[str, object]:

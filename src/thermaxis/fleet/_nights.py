@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from typing import Final, NamedTuple, final
 
@@ -41,14 +41,32 @@ def work(job: NightJob) -> NightResult | None:
     ThermaxisError
         If the lake cannot be read, or the model is none.
     """
-    machine = job.machine
-    return night(
+    machine, lake = job.machine, Lake(job.lake)
+    seen = lake.last_id(machine.name, job.day, machine.formerly)  # before: what comes now is late
+    found = night(
         machine.name,
         parse_model(machine.model, name=machine.name),
-        Lake(job.lake).minutes(machine.name, job.day, job.days_back, machine.formerly),
+        lake.minutes(machine.name, job.day, job.days_back, machine.formerly),
         job.day,
         channels=machine.channels,
     )
+    return None if found is None else replace(found, last_id=seen)
+
+
+def late_nights(registry: Registry, day: date) -> list[FleetMachine]:
+    """Return the machines whose night is stored, and of whose day the lake has more by now.
+
+    Raises
+    ------
+    DataError
+        If the lake cannot be read.
+    """
+    lake, seen = Lake(registry.lake), registry.seen(day)
+    return [
+        one
+        for one in registry.machines()
+        if 0 < seen.get(one.name, 0) < lake.last_id(one.name, day, one.formerly)
+    ]
 
 
 @final

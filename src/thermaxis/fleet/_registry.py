@@ -453,8 +453,13 @@ class Registry:
 
     def missing(self, day: date) -> list[FleetMachine]:
         """Return the machines of which this program has not stored the night of their model."""
+        stored = self.seen(day)
+        return [machine for machine in self.machines() if machine.name not in stored]
+
+    def seen(self, day: date) -> dict[str, int]:
+        """Return the last cycle of a day that this program's nights have seen, by machine. [1]"""
         night, c = _nights.c, _machines.c
-        done = sa.select(c.name).join(
+        query = sa.select(c.name, night.last_id).join(
             _nights,
             (night.machine_id == c.id)
             & (night.model_sha256 == c.model_sha256)
@@ -462,11 +467,13 @@ class Registry:
             & (night.version == __version__),
         )
         with self._asked() as connection:
-            names = set(connection.execute(done).scalars())
-        return [machine for machine in self.machines() if machine.name not in names]
+            return {row.name: row.last_id for row in connection.execute(query)}
 
     def record(self, results: Iterable[NightResult]) -> int:
-        """Store nights, all or nothing; return how many nobody had stored before. [1]"""
+        """Store nights, all or nothing; return how many are stored or take another one's place.
+
+        The first one stays, unless one comes that has seen later cycles of the same day. [1]
+        """
         every, now = list(results), datetime.now(UTC)
         c = _machines.c
         with self._asked() as connection:
@@ -496,11 +503,12 @@ class Registry:
                     "version": __version__,
                     "outcome": str(result.outcome),
                     "result": json.dumps(night_as_json(result), allow_nan=False),
+                    "last_id": result.last_id,
                     "added_utc": now,
                 }
                 for machine_id, result in known
             ]
-            return _inserted(connection, _nights, rows)
+            return _inserted(connection, _nights, rows, unless="last_id")
 
     def nights(self, day: date | None = None, machine: str | None = None) -> list[StoredNight]:
         """Return nights of a day or of a machine, in the order of days and names."""
@@ -797,12 +805,25 @@ def _refuse_newer(found: int, place: Place) -> None:
         raise ConfigurationError("registry_newer", found=found, known=VERSION, place=place)
 
 
-def _inserted(connection: sa.Connection, table: sa.Table, rows: Sequence[dict[str, Any]]) -> int:
-    """Insert rows that no unique key refuses; return their number."""
+def _inserted(
+    connection: sa.Connection, table: sa.Table, rows: Sequence[dict[str, Any]], unless: str = ""
+) -> int:
+    """Insert rows that no unique key refuses; return their number.
+
+    One that is refused takes the other's place where it has more in the column `unless`.
+    """
     dialects = {"sqlite": sqlite.insert, "postgresql": postgresql.insert}
     if not rows:
         return 0
-    query = dialects[connection.dialect.name](table).on_conflict_do_nothing()
+    plain = dialects[connection.dialect.name](table)
+    query = plain.on_conflict_do_nothing()
+    if unless:
+        (key,) = (one for one in table.constraints if isinstance(one, sa.UniqueConstraint))
+        query = plain.on_conflict_do_update(
+            index_elements=list(key.columns),
+            set_={name: plain.excluded[name] for name in rows[0]},
+            where=plain.excluded[unless] > table.c[unless],
+        )
     return len(connection.execute(query.returning(table.c.id), rows).all())
 
 

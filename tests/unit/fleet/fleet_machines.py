@@ -82,14 +82,16 @@ def cycles_of(truth: Truth) -> pl.DataFrame:
     ).with_columns(pl.col("probe_Z_um").fill_nan(None))
 
 
-def shipped(folder: Path, lake: Path, name: str, truth: Truth, days: int = DAYS) -> None:
+def shipped(
+    folder: Path, lake: Path, name: str, truth: Truth, days: int = DAYS, last: int = MINUTES
+) -> None:
     """Write the first days of a machine as a history closes them, and ship them."""
     table = cycles_of(truth)
     parts: list[Part] = []
     for k in range(days):
-        rows = table.slice(k * MINUTES, MINUTES)
+        rows = table.slice(k * MINUTES, last if k == days - 1 else MINUTES)
         day = machine_folder(folder, name) / f"day={FIRST + timedelta(days=k)}"
-        part = Part(k * MINUTES + 1, (k + 1) * MINUTES, day)
+        part = Part(k * MINUTES + 1, k * MINUTES + rows.height, day)
 
         def frames(some: pl.DataFrame = rows) -> Iterator[pl.DataFrame]:
             yield some.clear()

@@ -84,6 +84,19 @@ class RegistryLaws:
             other = [replace(result_of(machines[1]), day=LAST - timedelta(days=k)) for k in (1, 2)]
             assert registry.record(other) == 2  # nights of one machine that come at once
 
+    def test_a_night_that_has_seen_more_of_its_day_takes_the_place_of_one_that_has_not(
+        self, made: Made
+    ) -> None:
+        with made() as registry:
+            machine = machine_of("A")
+            registry.add(machine, "first")
+            for last_id, minutes, stored in ((600, 10, 1), (600, 11, 0), (900, 15, 1), (700, 9, 0)):
+                late = replace(result_of(machine, minutes), last_id=last_id)
+                assert registry.record([late]) == stored
+            assert registry.seen(LAST) == {"A": 900}
+            (night,) = registry.nights(LAST)
+            assert night.result["minutes"] == 15
+
     def test_of_two_programs_at_once_each_night_is_stored_by_one(
         self, made: Made, url: str, password: str
     ) -> None:

@@ -2,7 +2,7 @@
 
 import json
 import shutil
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
 import pytest
 
@@ -49,6 +49,7 @@ def test_the_morning_shows_sensors_and_models_that_need_a_look_before_the_others
     planned = answer(capsys, *night, "--dry-run")
     assert planned == {
         "day": LAST.isoformat(),
+        "again": [],
         "missing": ["away", "frozen", "good", "wrong"],
     }
     done = answer(capsys, *night)
@@ -92,6 +93,30 @@ def test_a_person_accepts_a_proposal_and_has_its_model_to_choose_at_the_machine(
     assert "decided on already" in capsys.readouterr().err
     assert main(["fleet", "machine", "registry.db", "wrong"]) == 0
     assert "accepted" in capsys.readouterr().out
+
+
+def test_a_night_is_done_again_once_more_of_its_day_was_shipped(fleet, capsys):
+    lake, untouched = fleet / "lake", Truth(touch_every=0)
+    lake.mkdir()
+    model = str(fleet / "model.json")
+    assert main(["fleet", "init", "late.db", str(lake)]) == 0
+    assert main(["fleet", "add", "late.db", "A", model]) == 0
+    following = (LAST + timedelta(days=1)).isoformat()
+
+    def minutes() -> int:
+        (night,) = answer(capsys, "show", "late.db", "--day", LAST.isoformat())["nights"]
+        return night["minutes"]
+
+    shipped(fleet / "some", lake, "A", untouched, last=700)
+    night = ("night", "late.db", "--day", LAST.isoformat())
+    assert answer(capsys, *night)["again"] == []
+    assert minutes() == 700
+    assert answer(capsys, *night)["asked"] == 0
+    shipped(fleet / "all", lake, "A", untouched)
+    done = answer(capsys, "night", "late.db", "--day", following)  # that of the day before, too
+    assert (done["again"], done["stored"]) == ([f"A, {LAST}"], 1)
+    assert minutes() == 1440
+    assert answer(capsys, *night)["asked"] == 0
 
 
 def test_another_name_of_a_machine_is_said(fleet, capsys):

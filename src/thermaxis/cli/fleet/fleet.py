@@ -294,8 +294,21 @@ def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
         raise ConfigurationError("day_not_over", place=Place(key="--day"))
     chosen = {machine.name for machine in registry.machines(arguments.machine)}
     missing = [machine for machine in registry.missing(asked) if machine.name in chosen]
-    jobs = [fleet.NightJob(m, asked, arguments.days_back, registry.lake) for m in missing]
-    of_day: list[Part] = [Value("day", asked.isoformat(), "day")]
+    late = [
+        (machine, day)
+        for day in (asked - timedelta(days=1), asked)
+        for machine in fleet.late_nights(registry, day)
+        if machine.name in chosen
+    ]
+    jobs = [
+        fleet.NightJob(machine, day, arguments.days_back, registry.lake)
+        for machine, day in [*late, *((machine, asked) for machine in missing)]
+    ]
+    again = [f"{machine.name}, {day}" for machine, day in late]
+    of_day: list[Part] = [
+        Value("day", asked.isoformat(), "day"),
+        Value("again", again, "again, as more was shipped" if again else None),
+    ]
     if arguments.dry_run:
         names = [machine.name for machine in missing]
         show([*of_day, Value("missing", names, "missing")], arguments.json)
