@@ -189,7 +189,7 @@ def cycles_of(hall: Hall, machine: Machine) -> pl.DataFrame:
     memory = np.exp(-1.0 / (60.0 * hall.memory_h))
     noise = rng.normal(0.0, (1.0 - memory**2) ** 0.5, rows)
     z_um += lfilter([1.0], [1.0, -memory], noise)
-    z_um += rng.uniform(0.1, 0.3) * (frame - frame[0])  # what no sensor of the model tells
+    z_um += rng.uniform(0.18, 0.22) * (frame - frame[0])  # what no sensor of the model tells
     if machine.fault is Cause.DRIFT:
         z_um += 0.3 * np.maximum(minute / DAY - machine.begins, 0.0)
     read = {

@@ -291,13 +291,14 @@ def write_machine(example: Path, folder: Path, found: dict[str, set[str]]) -> No
 
 
 def write_fleet(folder: Path, found: dict[str, set[str]]) -> None:
-    """Collect the keys of the commands of a fleet of one machine."""
+    """Collect the keys of the commands of a fleet of two machines."""
     (folder / "fleet").mkdir()
-    shipped(folder, folder / "fleet", "A", Truth())
     model, registry = str(folder / "a.json"), str(folder / "registry.db")
     write_model(model_of(1.3 * GAIN), model)
     assert main(["fleet", "init", registry, str(folder / "fleet")]) == 0
-    assert main(["fleet", "add", registry, "A", model]) == 0
+    for name, truth in (("A", Truth()), ("B", Truth(2, frozen=True))):
+        shipped(folder, folder / "fleet", name, truth)
+        assert main(["fleet", "add", registry, name, model]) == 0
     json_words = ["--json", str(folder / "fleet.json")]
     night = ["fleet", "night", registry, "--day", LAST.isoformat(), *json_words]
     keys_written([*night, "--dry-run"], "night", found)

@@ -14,7 +14,12 @@ from ._engine import (
     serial_engine as serial_engine,
 )
 from ._fetching import Fetch as Fetch, fetch as fetch
-from ._judging import Cause as Cause, Judgement as Judgement, judge as judge
+from ._judging import (
+    Cause as Cause,
+    Judgement as Judgement,
+    judge as judge,
+    judgement_as_json as judgement_as_json,
+)
 from ._lake import Lake as Lake
 from ._night import (
     NightOutcome as NightOutcome,

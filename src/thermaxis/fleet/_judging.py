@@ -7,22 +7,24 @@ today are asked, so that what is small is found by lasting (cumulative sums); th
 departures is learnt from the machine itself, its sisters, and the same night.
 """
 
-from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from datetime import date, timedelta
 from enum import StrEnum
-from itertools import groupby
-from typing import Any, Final, NamedTuple, cast, final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place, Value
-from thermaxis.fleet._registry import StoredNight
+from thermaxis.codes import Message, Place, Value, message_as_json, value_of_json
 from thermaxis.fleet._signs import SignKind
 
+if TYPE_CHECKING:
+    from thermaxis.fleet._registry import StoredNight
+
 _F = NDArray[np.float64]
+_B = NDArray[np.bool_]
 
 JUDGED_DAYS: Final = 14
 """Nights of so many days are judged together: what lasts longer unmended becomes the past. [1]"""
@@ -70,12 +72,17 @@ LEAST: Final = {
     SignKind.REST: 0.25,
 }
 """Smaller departures are no reason to look at a machine, in the sign's unit."""
-_ALIKE = (Cause.GAIN, Cause.TIME_CONSTANT)
+_BY_MODEL = (Cause.SENSORS_SWAPPED, Cause.GAIN, Cause.TIME_CONSTANT)
+_LEARNT = (SignKind.LEVEL, SignKind.MEAN, SignKind.REST)
+_GROWS = (SignKind.SWAP, SignKind.REST)
 _STILL = frozenset({"log-stuck", "log-constant", "log-never_measured"})
 _WINDOWS = (1, 2, 3, 5, 8, 14)
-_PRIOR = 4.0
+_PRIOR, _FAR = 4.0, 3.0
 _NORMAL_MEDIAN, _NORMAL_90 = 1.4826, 1.6449
 _STAYS = 0.3
+"""Of a departure so much is still there on the last night that tells of it. [1]"""
+PAST_DAYS: Final = 6
+"""Days before the first night of which it tells. [1]"""
 
 
 @final
@@ -102,8 +109,18 @@ class Judgement:
     """The day on which it began, as far as is known; None where it is not named."""
     output: str = ""
     """The output that departs; empty for sensors."""
-    evidence: tuple[Message, ...] = field(default=())
+    evidence: tuple[Message, ...] = ()
     """A sentence with figures for each cause, with what to do; its place is the part or channel."""
+
+
+class _History(NamedTuple):
+    """What judging reads of a machine's nights."""
+
+    kind: str
+    signs: Mapping[int, _F]
+    """Value, standard deviation, that of before and its own by key, (keys, 5), by days back."""
+    still: Mapping[int, frozenset[str]]
+    """Channels that stand still, by days back."""
 
 
 class _Found(NamedTuple):
@@ -116,21 +133,18 @@ class _Found(NamedTuple):
     output: str
     of: str
     departure: float
-    nights: int
-    since: date
+    back: int
 
 
 _Key = tuple[SignKind, str, str]
-_Row = tuple[date, float, float, float, float]
-_Signs = Iterable[Mapping[str, Any]]
 
 
-def judge(nights: Sequence[StoredNight], day: date) -> list[Judgement]:
+def judge(nights: Iterable["StoredNight"], day: date) -> list[Judgement]:
     """Judge every machine that has a night of a day, by its nights and those of its sisters.
 
     Parameters
     ----------
-    nights : sequence of StoredNight
+    nights : iterable of StoredNight
         Nights of all machines; of those older than `JUDGED_DAYS`, after the day, or by another
         model than that of the day nothing is used.
     day : date
@@ -161,226 +175,234 @@ def judge(nights: Sequence[StoredNight], day: date) -> list[Judgement]:
     Lai 1995 (window-limited sums); Benjamini and Hochberg 1995; Efron 2004 (spread from the night
     itself). From memory.
     """
-    histories = _histories(nights, day)
-    today = {name: own[-1] for name, own in histories.items()}
-    found: dict[str, list[_Found]] = defaultdict(list)
-    tests: dict[str, int] = defaultdict(int)
-    for key, rows in _rows_of(histories).items():
-        for name, one in _departures(key, rows, {n: today[n].kind for n in rows}, day):
-            tests[name] += 1
-            if one is not None:
-                found[name].append(one)
-    names = [name for name in today if tests[name]]
-    least = {name: min((f.p_value for f in found[name]), default=1.0) for name in names}
-    q_values = _q_values([min(least[name] * tests[name], 1.0) for name in names])
-    q_of = dict(zip(names, q_values, strict=True))
+    from scipy import stats  # noqa: PLC0415  scipy is slow to import
+
+    keys, histories = _histories(nights, day)
+    names = list(histories)
+    tests, least = np.zeros(len(names)), np.ones(len(names))
+    found: dict[int, list[_Found]] = defaultdict(list)
+    kinds = np.unique([history.kind for history in histories.values()], return_inverse=True)[1]
+    for key, machines, table in _tables(keys, histories):
+        p_values, several = _departures(key, table, kinds[machines])
+        tests[machines] += 1
+        least[machines] = np.minimum(least[machines], p_values)
+        for row, one in several.items():
+            found[int(machines[row])].append(one)
+    asked = np.flatnonzero(tests)
+    p_of = np.minimum(least * np.maximum(tests, 1), 1.0)
+    q_of = dict.fromkeys(range(len(names)))
+    if asked.size:
+        shares = cast("Any", stats).false_discovery_control(p_of[asked]).tolist()
+        q_of |= dict(zip(asked.tolist(), shares, strict=True))
     still = _still(histories)
-    judged = [
-        _judged(night, found[name], q_of.get(name), tests[name], still.get(name, ()), day)
-        for name, night in today.items()
-    ]
-    return sorted(judged, key=_worst_first)
-
-
-def _worst_first(one: Judgement) -> tuple[object, ...]:
-    order = [list(Cause).index(cause) for cause in one.causes[:1]]
-    return (not one.named, one.q_value or 0.0, *(order or [0]), -(one.cusum or 0.0), one.machine)
-
-
-def _histories(nights: Sequence[StoredNight], day: date) -> dict[str, list[StoredNight]]:
-    """Return the nights of each machine by its model of the day, one a day, the earliest first."""
-    begin = day - timedelta(days=JUDGED_DAYS - 1)
-    ordered = sorted((n for n in nights if begin <= n.day <= day), key=lambda n: (n.machine, n.day))
-    histories: dict[str, list[StoredNight]] = {}
-    for name, own in groupby(ordered, key=lambda night: night.machine):
-        by_day = {night.day: night for night in own}
-        last = by_day.get(day)
-        if last is not None:
-            model = last.model_sha256
-            histories[name] = [one for one in by_day.values() if one.model_sha256 == model]
-    return histories
-
-
-def _signs_of(night: StoredNight) -> _Signs:
-    return cast("_Signs", night.result.get("signs", ()))
-
-
-def _rows_of(
-    histories: Mapping[str, Sequence[StoredNight]],
-) -> dict[_Key, dict[str, list[_Row]]]:
-    """Return days, values, values before and the deviations of both of every sign by machine."""
-    rows: dict[_Key, dict[str, list[_Row]]] = {}
-    for name, own in histories.items():
-        for night in own:
-            for s in _signs_of(night):
-                key = (SignKind(s["sign"]), s["output"], s["of"])
-                of_key = rows.setdefault(key, {})
-                of_key.setdefault(name, []).append(
-                    (night.day, s["value"], s["before"], s["std"], s["before_std"])
-                )
-    return rows
-
-
-def _departures(
-    key: _Key,
-    rows: Mapping[str, Sequence[_Row]],
-    kinds: Mapping[str, str],
-    day: date,
-) -> list[tuple[str, _Found | None]]:
-    """Return how far each machine departs in one sign, None for what departs too little."""
-    sign, output, of = key
-    names = list(rows)
-    departure, weight = np.zeros((len(names), JUDGED_DAYS)), np.zeros((len(names), JUDGED_DAYS))
-    past = np.zeros(len(names))
-    for k, name in enumerate(names):
-        table = np.array([one[1:] for one in rows[name]])
-        at = [JUDGED_DAYS - 1 - (day - one[0]).days for one in rows[name]]
-        departure[k, at] = (
-            _levels(table, at) if sign is SignKind.MEAN else table[:, 0] - table[0, 1]
+    judged: list[Judgement] = []
+    for k, (name, history) in enumerate(histories.items()):
+        q_value = q_of[k]
+        sure = q_value is not None and q_value <= FALSE_SHARE
+        likely = [f for f in found[k] if sure and f.p_value * tests[k] <= FALSE_SHARE]
+        reasons = _reasons(still.get(name, {}), likely)
+        first = next(iter(reasons.values()), None)
+        judged.append(
+            Judgement(
+                machine=name,
+                kind=history.kind,
+                day=day,
+                named=first is not None,
+                causes=tuple(reasons),
+                q_value=q_value,
+                cusum=max((abs(f.z) for f in found[k]), default=None),
+                since=day - timedelta(max(back for back, *_ in reasons.values()))
+                if first
+                else None,
+                output=first[1] if first else "",
+                evidence=tuple(said for *_, said in reasons.values()),
+            )
         )
-        weight[k, at] = table[:, 2] ** -2.0
-        past[k] = table[0, 3]
-    group = np.array([kinds[name] for name in names])
-    learnt = sign in (SignKind.MEAN, SignKind.LEVEL, SignKind.REST)
-    if learnt:  # the spread of six days is known badly: shrunk towards that of the sisters
-        own = weight[weight > 0.0] ** -1.0
-        usual = float(np.median(own))
-        shrunk = np.where(weight > 0.0, 2.0 / (1.0 / np.maximum(weight, 1e-12) + usual), 0.0)
-        weight, past = shrunk, np.sqrt(0.5 * (past**2 + float(np.median(past**2))))
-    shapes = [(w, np.ones(w)) for w in _WINDOWS]
-    if sign is SignKind.MEAN:
-        shapes += [(w, (np.arange(w) + 0.5) / w) for w in _WINDOWS[2:]]
-    best_z, best_t, best_w = np.zeros(len(names)), np.zeros(len(names)), np.ones(len(names), int)
-    formal = np.zeros(len(names))
-    last = np.array([d[np.flatnonzero(w)[-1]] for d, w in zip(departure, weight, strict=True)])
-    for w, shape in shapes:
-        d, g = departure[:, -w:], weight[:, -w:]
-        total = np.sum(shape**2 * g, axis=1)
-        known = total > 0.0
-        safe = np.where(known, total, 1.0)
-        t = np.sum(shape * d * g, axis=1) / safe
-        s = np.sqrt(1.0 / safe + (past * np.sum(shape * g, axis=1) / safe) ** 2)
-        centre, spread = _sisters(t, s, group, known)
-        earlier = weight[:, :-w] > 0.0
-        squares = np.minimum(departure[:, :-w] ** 2 * weight[:, :-w], 9.0 * (spread**2)[:, None])
-        count = np.sum(earlier, axis=1)
-        own = np.sqrt((_PRIOR * spread**2 + np.sum(squares * earlier, axis=1)) / (_PRIOR + count))
-        z = np.where(known, (t - centre) / (s * np.maximum(spread, own)), 0.0)
-        stays = (last * t > 0.0) & (np.abs(last) >= _STAYS * np.abs(t))
-        better = (np.abs(z) > np.abs(best_z)) & (np.abs(t - centre) >= LEAST[sign]) & stays
-        if sign in (SignKind.SWAP, SignKind.REST):
-            better &= t > 0.0
-        best_z, best_t = np.where(better, z, best_z), np.where(better, t - centre, best_t)
-        best_w, formal = np.where(better, w, best_w), np.where(better, (t - centre) / s, formal)
+    return sorted(judged, key=surest_first)
+
+
+def surest_first(one: Judgement) -> tuple[object, ...]:
+    """Return by what judgements are ordered: the named, sensors that stand still, the surest."""
+    still = one.causes[:1] == (Cause.SENSOR_FROZEN,)
+    return not one.named, not still, one.q_value or 0.0, -(one.cusum or 0.0), one.machine
+
+
+def _histories(
+    nights: Iterable["StoredNight"], day: date
+) -> tuple[list[_Key], dict[str, _History]]:
+    """Return all keys, and the nights of each machine by its model of the day."""
+    keys: dict[_Key, int] = {}
+    by_machine: dict[str, dict[int, tuple[str, str, _F, frozenset[str]]]] = defaultdict(dict)
+    for night in nights:
+        back = (day - night.day).days
+        if 0 <= back < JUDGED_DAYS:
+            result = cast("Mapping[str, Any]", night.result)
+            signs = [
+                (
+                    keys.setdefault((SignKind(s["sign"]), s["output"], s["of"]), len(keys)),
+                    *(s["value"], s["std"], s["before"], s["before_std"]),
+                )
+                for s in result.get("signs", ())
+            ]
+            codes = result.get("sensor_codes", ())
+            still = frozenset(c["place"]["channel"] for c in codes if c["code"] in _STILL)
+            of = (night.kind, night.model_sha256, np.array(signs).reshape(-1, 5), still)
+            by_machine[night.machine][back] = of
+    histories: dict[str, _History] = {}
+    for name, own in by_machine.items():
+        if 0 in own:
+            kind, model = own[0][:2]
+            same = {back: one[2:] for back, one in own.items() if one[1] == model}
+            signs = {back: one[0] for back, one in same.items()}
+            histories[name] = _History(kind, signs, {back: one[1] for back, one in same.items()})
+    return list(keys), histories
+
+
+def _tables(
+    keys: list[_Key], histories: Mapping[str, _History]
+) -> Iterable[tuple[_Key, NDArray[np.intp], _F]]:
+    """Yield every key with its machines and their figures, (machines, nights, 4), the last at last.
+
+    Where nothing is known the standard deviation is infinite.
+    """
+    every = [history.signs for history in histories.values()]
+    found = [rows for signs in every for rows in signs.values()]
+    if not found:
+        return
+    values, counts = np.concatenate(found), [len(rows) for rows in found]
+    machine = np.repeat([k for k, signs in enumerate(every) for _ in signs], counts)
+    back = np.repeat([back for signs in every for back in signs], counts)
+    order = np.argsort(values[:, 0], kind="stable")
+    ends = np.searchsorted(values[order, 0], np.arange(len(keys) + 1))
+    for number, key in enumerate(keys):
+        own = order[ends[number] : ends[number + 1]]
+        machines, row = np.unique(machine[own], return_inverse=True)
+        table = np.zeros((machines.size, JUDGED_DAYS, 4))
+        table[:, :, 1] = np.inf
+        table[row, JUDGED_DAYS - 1 - back[own]] = values[own, 1:]
+        if machines.size:
+            yield key, machines, table
+
+
+def _departures(key: _Key, table: _F, kinds: NDArray[np.intp]) -> tuple[_F, dict[int, _Found]]:
+    """Return probabilities of how far machines depart in a sign, and what is beyond its least."""
     from scipy.special import ndtr  # noqa: PLC0415  scipy is slow to import
 
-    p_values = np.minimum(2.0 * ndtr(-np.abs(best_z)) * len(shapes), 1.0)
-    found: list[tuple[str, _Found | None]] = []
-    for k, name in enumerate(names):
-        since = max(day - timedelta(days=int(best_w[k]) - 1), rows[name][0][0])
-        figures = (float(p_values[k]), float(best_z[k]), float(formal[k]))
-        depart = (float(best_t[k]), int(best_w[k]), since)
-        found.append((name, _Found(*figures, sign, output, of, *depart) if best_z[k] else None))
-    return found
+    sign = key[0]
+    rows, count = np.arange(len(table)), len(table)
+    value, std, before, before_std = np.moveaxis(table, 2, 0)
+    known = np.isfinite(std)
+    first, last = np.argmax(known, axis=1), JUDGED_DAYS - 1 - np.argmax(known[:, ::-1], axis=1)
+    departure = _levels(value - before, known)
+    if sign is not SignKind.MEAN:
+        departure = np.where(known, value - before[rows, first][:, None], 0.0)
+    past = before_std[rows, first]
+    if sign in _LEARNT:  # the spread of a few days is known badly: shrunk towards the sisters'
+        std = np.sqrt(0.5 * (std**2 + np.median(std[known] ** 2)))
+        past = np.sqrt(0.5 * (past**2 + np.median(past**2)))
+    weight = std**-2.0
+    shapes = [np.ones(w) for w in _WINDOWS]
+    if sign is SignKind.MEAN:
+        shapes += [(np.arange(w) + 0.5) / w for w in _WINDOWS[2:]]
+    best = np.zeros((count, 4))  # z, formal, departure, window
+    for shape in shapes:
+        w = shape.size
+        d, g = departure[:, -w:], weight[:, -w:]
+        total = np.sum(shape**2 * g, axis=1)
+        seen = total > 0.0
+        total = np.where(seen, total, 1.0)
+        t = np.sum(shape * d * g, axis=1) / total
+        s = np.sqrt(1.0 / total + (past * np.sum(shape * g, axis=1) / total) ** 2)
+        centre, spread = _sisters(t, s, kinds, seen)
+        squares = departure[:, :-w] ** 2 * weight[:, :-w]
+        own = np.sum(np.minimum(squares, (_FAR * spread[:, None]) ** 2), axis=1)
+        own = (_PRIOR * spread**2 + own) / (_PRIOR + np.sum(known[:, :-w], axis=1))
+        beyond = t - centre
+        formal = beyond / s
+        z = formal / np.maximum(spread, np.sqrt(own))
+        ends = departure[rows, last]  # what has gone since is no reason any more
+        better = seen & (np.abs(z) > np.abs(best[:, 0])) & (np.abs(beyond) >= LEAST[sign])
+        better &= (ends * t > 0.0) & (np.abs(ends) >= _STAYS * np.abs(t))
+        if sign in _GROWS:
+            better &= beyond > 0.0
+        if sign is SignKind.SWAP:  # the likelihood of 1 against 0
+            formal = np.sqrt(np.maximum(2.0 * t - 1.0, 0.0)) / s
+        candidate = np.column_stack([z, formal, beyond, np.full(count, w)])
+        best = np.where(better[:, None], candidate, best)
+    p_values = np.minimum(2.0 * ndtr(-np.abs(best[:, 0])) * len(shapes), 1.0)
+    back = np.minimum(best[:, 3] - 1, JUDGED_DAYS - 1 - first)
+    found: dict[int, _Found] = {}
+    for k in np.flatnonzero(best[:, 3]).tolist():
+        z, formal, beyond, _ = best[k].tolist()
+        found[k] = _Found(float(p_values[k]), z, formal, *key, beyond, int(back[k]))
+    return p_values, found
 
 
-def _levels(table: _F, at: Sequence[int]) -> _F:
+def _levels(change: _F, known: _B) -> _F:
     """Return a mean residual by night against the past, from what each night says of days before.
 
     The zero of a free run is another one each night; the mean of the days before it has the same.
     """
-    levels = np.zeros(JUDGED_DAYS + 6)
-    for place, (value, before, *_) in zip(at, table.tolist(), strict=True):
-        levels[place + 6] = value - before + np.mean(levels[place : place + 6])
-    return levels[np.array(at) + 6]
+    levels = np.zeros((len(change), JUDGED_DAYS + PAST_DAYS))
+    for k in range(JUDGED_DAYS):
+        own = levels[:, k : k + PAST_DAYS]
+        levels[:, k + PAST_DAYS] = np.where(
+            known[:, k], change[:, k] + np.mean(own, axis=1), own[:, -1]
+        )
+    return levels[:, PAST_DAYS:]
 
 
-def _sisters(t: _F, s: _F, group: NDArray[Any], known: NDArray[np.bool_]) -> tuple[_F, _F]:
+def _sisters(t: _F, s: _F, kinds: NDArray[np.intp], seen: _B) -> tuple[_F, _F]:
     """Return where the sisters of each machine lie, and the spread of their departures."""
     centre, spread = np.zeros(t.size), np.ones(t.size)
-    for kind in [None, *np.unique(group).tolist()]:
-        rows = known & (group == kind) if kind is not None else known
-        if np.count_nonzero(rows) < SISTERS:
-            continue
-        middle = float(np.median(t[rows]))
-        z = np.abs(t[rows] - middle) / s[rows]
-        wide = max(_NORMAL_MEDIAN * float(np.median(z)), float(np.quantile(z, 0.9)) / _NORMAL_90)
-        own = rows if kind is not None else np.ones(t.size, bool)
-        centre[own], spread[own] = middle, max(wide, 1.0)
+    for kind in (-1, *np.unique(kinds).tolist()):  # all of them at first, for kinds of few
+        of = (kinds == kind) | (kind < 0)
+        rows = of & seen
+        if np.count_nonzero(rows) >= SISTERS:
+            middle = float(np.median(t[rows]))
+            z = np.abs(t[rows] - middle) / s[rows]
+            wide = (_NORMAL_MEDIAN * np.median(z), np.quantile(z, 0.9) / _NORMAL_90, 1.0)
+            centre[of], spread[of] = middle, max(wide)
     return centre, spread
 
 
-def _q_values(p_values: Sequence[float]) -> list[float]:
-    from scipy import stats  # noqa: PLC0415  scipy is slow to import
-
-    return cast("Any", stats).false_discovery_control(p_values).tolist() if p_values else []
-
-
-def _still(histories: Mapping[str, Sequence[StoredNight]]) -> dict[str, list[tuple[str, date]]]:
-    """Return channels that stand still, with since when: not those that do in many sisters."""
-    of_machine: dict[str, list[tuple[str, date]]] = {}
-    share: dict[tuple[str, str], int] = defaultdict(int)
-    sisters: dict[str, int] = defaultdict(int)
-    for name, own in histories.items():
-        sisters[own[-1].kind] += 1
-        for channel in _still_channels(own[-1]):
-            since = own[-1].day
-            for night in reversed(own):
-                if channel not in _still_channels(night):
-                    break
-                since = night.day
-            of_machine.setdefault(name, []).append((channel, since))
-            share[own[-1].kind, channel] += 1
-    return {
-        name: kept
-        for name, channels in of_machine.items()
-        if (
-            kept := [
-                (channel, since)
-                for channel, since in channels
-                if share[kind := histories[name][-1].kind, channel] <= max(2, sisters[kind] // 4)
-            ]
-        )
-    }
+def _still(histories: Mapping[str, _History]) -> dict[str, dict[str, int]]:
+    """Return for how many days back channels stand still: not those that do in many sisters."""
+    sisters = Counter(history.kind for history in histories.values())
+    share = Counter((h.kind, channel) for h in histories.values() for channel in h.still[0])
+    found: dict[str, dict[str, int]] = {}
+    for name, history in histories.items():
+        for channel in sorted(history.still[0]):
+            if share[history.kind, channel] <= max(2, sisters[history.kind] // 4):
+                moved = [back for back, still in history.still.items() if channel not in still]
+                since = (back for back in history.still if back < min(moved, default=JUDGED_DAYS))
+                found.setdefault(name, {})[channel] = max(since)
+    return found
 
 
-def _still_channels(night: StoredNight) -> list[str]:
-    codes = cast("Iterable[Mapping[str, Any]]", night.result.get("sensor_codes", ()))
-    return [str(c["place"]["channel"]) for c in codes if c["code"] in _STILL]
+def _reasons(
+    still: Mapping[str, int], likely: Iterable[_Found]
+) -> dict[Cause, tuple[int, str, Message]]:
+    """Return days back, output and sentence by cause, the likeliest first.
 
+    What hides others comes first; of what a model would explain, what explains most.
+    """
+    found: dict[Cause, tuple[int, str, Message]] = {}
 
-def _judged(
-    night: StoredNight,
-    found: Sequence[_Found],
-    q_value: float | None,
-    tests: int,
-    still: Sequence[tuple[str, date]],
-    day: date,
-) -> Judgement:
-    """Name a machine that departs beyond chance, or has a sensor that stands still."""
-    sure = q_value is not None and q_value <= FALSE_SHARE
-    likely = [f for f in found if f.p_value * tests <= FALSE_SHARE] if sure else []
-    causes: dict[Cause, tuple[Message, date, str]] = {}
-    for channel, since in still:
-        said = Message(f"fault-{Cause.SENSOR_FROZEN}", {"name": channel}, Place(channel=channel))
-        causes.setdefault(Cause.SENSOR_FROZEN, (said, since, ""))
-    for one in sorted(likely, key=_rank):
+    def add(cause: Cause, back: int, output: str, channel: str, values: dict[str, Value]) -> None:
+        said = Message(f"fault-{cause}", values, Place(channel=channel))
+        found.setdefault(cause, (back, output, said))
+
+    def rank(one: _Found) -> tuple[int, float]:
         cause = CAUSES[one.sign]
-        said = Message(f"fault-{cause}", _figures(one), Place(channel=one.of or one.output))
-        causes.setdefault(cause, (said, one.since, one.output))
-    first = next(iter(causes.values()), None)
-    return Judgement(
-        machine=night.machine,
-        kind=night.kind,
-        day=day,
-        named=first is not None,
-        causes=tuple(causes),
-        q_value=q_value,
-        cusum=max((abs(f.z) for f in found), default=None),
-        since=None if first is None else min(since for _, since, _ in causes.values()),
-        output="" if first is None else first[2],
-        evidence=tuple(said for said, _, _ in causes.values()),
-    )
+        cause = Cause.GAIN if cause in _BY_MODEL else cause
+        return list(Cause).index(cause), -abs(one.formal)
+
+    for channel, back in still.items():
+        add(Cause.SENSOR_FROZEN, back, "", channel, {"name": channel})
+    for one in sorted(likely, key=rank):
+        add(CAUSES[one.sign], one.back, one.output, one.of or one.output, _figures(one))
+    return found
 
 
 def _figures(one: _Found) -> dict[str, Value]:
@@ -401,8 +423,29 @@ def _figures(one: _Found) -> dict[str, Value]:
             return name
 
 
-def _rank(one: _Found) -> tuple[int, float]:
-    """Order causes by what hides what; gain and time constant by which explains more."""
-    cause = CAUSES[one.sign]
-    order = list(Cause).index(Cause.GAIN if cause in _ALIKE else cause)
-    return order, -abs(one.formal)
+def judgement_as_json(one: Judgement) -> dict[str, object]:
+    """Return a judgement as JSON has it."""
+    return {
+        "machine": one.machine,
+        "kind": one.kind,
+        "day": one.day.isoformat(),
+        "named": one.named,
+        "causes": [str(cause) for cause in one.causes],
+        "q_value": one.q_value,
+        "cusum": one.cusum,
+        "since": None if one.since is None else one.since.isoformat(),
+        "output": one.output,
+        "evidence_codes": [message_as_json(message) for message in one.evidence],
+    }
+
+
+def judgement_of_json(found: Mapping[str, Any]) -> Judgement:
+    """Return the judgement that `judgement_as_json` wrote."""
+    values = {key: found[key] for key in ("machine", "kind", "named", "q_value", "cusum", "output")}
+    return Judgement(
+        **values,
+        day=date.fromisoformat(found["day"]),
+        causes=tuple(Cause(cause) for cause in found["causes"]),
+        since=None if found["since"] is None else date.fromisoformat(found["since"]),
+        evidence=tuple(cast("Message", value_of_json(one)) for one in found["evidence_codes"]),
+    )

@@ -6,6 +6,7 @@
 ``formerly``  other names by which a machine was known, or under which it was merged
 ``models``    every model that was ever in force, with its parent and why; none is changed
 ``nights``    what a night has found; once for machine, day, model and version of the program
+``judged``    what the nights of a day say of each machine that is named; made anew with them
 ``proposals`` models that nights have proposed, once for machine, parent and model
 ``decisions`` who has accepted or rejected one, when and why; the first decision stands
 ``steps``     what became of an accepted one: fetched, in force, withdrawn; each once
@@ -20,7 +21,7 @@ import sqlite3
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from datetime import UTC, date, datetime
+from datetime import UTC, date, datetime, timedelta
 from enum import StrEnum
 from typing import Any, Final, Self, final
 
@@ -34,6 +35,14 @@ from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import format_model, model_sha256
 from thermaxis.fleet._axes import AxisRun, axis_run_as_json, axis_run_of_json
+from thermaxis.fleet._judging import (
+    JUDGED_DAYS,
+    Judgement,
+    judge,
+    judgement_as_json,
+    judgement_of_json,
+    surest_first,
+)
 from thermaxis.fleet._night import NightResult, night_as_json
 from thermaxis.runtime.history import check_url, printable_cause, writing_engine
 
@@ -95,6 +104,15 @@ _nights = sa.Table(
     sa.Column("last_id", sa.BigInteger, nullable=False, server_default="0"),
     sa.Column("added_utc", _MOMENT, nullable=False),
     sa.UniqueConstraint("machine_id", "day", "model_sha256", "version"),
+)
+_judged = sa.Table(
+    "judged",
+    metadata,
+    sa.Column("id", _ID, primary_key=True),
+    sa.Column("machine_id", _ID, sa.ForeignKey("machines.id"), nullable=False),
+    sa.Column("day", sa.Date, nullable=False, index=True),
+    sa.Column("judgement", sa.Text, nullable=False),
+    sa.UniqueConstraint("machine_id", "day"),
 )
 _proposals = sa.Table(
     "proposals",
@@ -527,6 +545,34 @@ class Registry:
         """Return the newest day that has a night, None without any."""
         with self._asked() as connection:
             return connection.execute(sa.select(sa.func.max(_nights.c.day))).scalar_one()
+
+    # ---- judgements -----------------------------------------------------------------------------
+
+    def judge(self, day: date) -> list[Judgement]:
+        """Judge every machine by the nights up to a day, and store who is named."""
+        before = (day - timedelta(days=back) for back in range(JUDGED_DAYS - 1, -1, -1))
+        every = judge((night for one in before for night in self.nights(one)), day)
+        named = {one.machine: judgement_as_json(one) for one in every if one.named}
+        with self._asked() as connection:
+            query = sa.select(_machines.c.id, _machines.c.name)
+            known = [(row.id, named.get(row.name)) for row in connection.execute(query)]
+            rows = [
+                {"machine_id": key, "day": day, "judgement": json.dumps(one, allow_nan=False)}
+                for key, one in known
+                if one is not None
+            ]
+            connection.execute(sa.delete(_judged).where(_judged.c.day == day))
+            _inserted(connection, _judged, rows)
+        return every
+
+    def judgements(self, day: date) -> list[Judgement]:
+        """Return the machines that were named on a day, the surest first."""
+        query = sa.select(_judged.c.judgement, _machines.c.name)
+        query = query.join(_machines, _machines.c.id == _judged.c.machine_id)
+        with self._asked() as connection:
+            rows = connection.execute(query.where(_judged.c.day == day, _alive())).all()
+        found = (judgement_of_json(json.loads(row[0]) | {"machine": row[1]}) for row in rows)
+        return sorted(found, key=surest_first)
 
     # ---- proposals ------------------------------------------------------------------------------
 

@@ -4,24 +4,29 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import combinations
-from typing import Final, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.compensation import CompensationModel, Output, TouchFilter
-from thermaxis.thermal import ThermalLog, innovations_of, likeliest, simulate_log
+from thermaxis.thermal import ThermalLog, simulate_log
 
 _F = NDArray[np.float64]
 _I = NDArray[np.intp]
 
 FEWEST: Final = 4
-"""Fewer touches or hours of a day say nothing. [1]"""
+"""Fewer touches of a day say nothing. [1]"""
+REST_HOURS: Final = 4
+"""Sensors are compared in so many hours in a row, those of a day in which least changes. [1]"""
 FEWEST_MINUTES: Final = 30
-"""Sensors are compared in hours with so many minutes. [1]"""
+"""An hour has so many minutes at least. [1]"""
 MOST_PAIRED: Final = 6
 """Among more channels of an output none are tried as swapped. [1]"""
 _CLIPPED, _DELTA = 4.0, 0.05
+_MORE_UM = (0.0, 0.5, 1.0, 2.0, 4.0)
+_SIZES_UM = (0.3, 0.6, 1.0, 1.7, 3.0, 6.0, 12.0)
+_MEMORIES_S = (3600.0, 10_800.0, 32_400.0, 97_200.0)
 
 
 @final
@@ -97,7 +102,7 @@ def signs_of(
 
 
 def _levels(log: ThermalLog, model: CompensationModel, hour: _I) -> Iterator[Sign]:
-    """Yield where each channel lies among the others in the hours in which least changes."""
+    """Yield where each channel lies among the others while least changes, as it does at rest."""
     names = [name for name in model.channels if not np.all(np.isnan(log.columns[name]))]
     values = np.column_stack([log.columns[name] for name in names] or [hour])
     rows = ~np.isnan(values).any(axis=1)
@@ -107,15 +112,15 @@ def _levels(log: ThermalLog, model: CompensationModel, hour: _I) -> Iterator[Sig
              for c in range(len(names))]  # fmt: skip
     hours, of_row, count = np.unique(hour[rows], return_inverse=True, return_counts=True)
     hourly = np.column_stack([np.bincount(of_row, one) / count for one in apart])
-    changes = np.sum(np.abs(np.diff(hourly, axis=0)), axis=1) / np.diff(hours)
-    change = np.append(changes, changes[-1:]) + np.append(changes[:1], changes)
+    change = np.append(np.sum(np.abs(np.diff(hourly, axis=0)), axis=1), np.inf)
     days = np.unique([*hours // 24, 0])
     levels = np.full((days.size, len(names)), np.nan)
     for k, one in enumerate(days.tolist()):
         own = np.flatnonzero((hours // 24 == one) & (count >= FEWEST_MINUTES))
-        if own.size >= FEWEST:
-            rest = own[np.argsort(change[own])[: max(own.size // 4, 2)]]
-            levels[k] = np.mean(hourly[rest], axis=0)
+        if own.size >= REST_HOURS:
+            moved = np.convolve(change[own[:-1]], np.ones(REST_HOURS - 1), "valid")
+            begin = int(np.argmin(moved))
+            levels[k] = np.mean(hourly[own[begin : begin + REST_HOURS]], axis=0)
     for c, name in enumerate(names):
         yield from _by_days(SignKind.LEVEL, "", name, levels[:, c], 0.05)
 
@@ -154,11 +159,9 @@ class _Touched:
         today, before = self._day == 0, self._day < 0
         if min(np.count_nonzero(today), np.count_nonzero(before)) < FEWEST:
             return
-        time_s = self._log.time_s[self._rows]
-        past = self._left_um[before] - np.median(self._left_um[before])
-        noise = likeliest(time_s[before], past, TouchFilter().noise_um)
-        kept = innovations_of(time_s, *noise)
-        e = np.clip(kept.of(self._left_um - self._left_um[0]), -_CLIPPED, _CLIPPED)
+        left_um = self._left_um - np.median(self._left_um[before])
+        kept = _likeliest(self._log.time_s[self._rows], left_um, before)
+        e = kept.of(left_um)
         slower = self._run(replace(self._model, outputs=(_slower(self._output),)), self._log)
         columns = [
             *((SignKind.GAIN, name, self._own_um[:, k]) for k, name in enumerate(self._names)),
@@ -169,14 +172,14 @@ class _Touched:
             ),
             *((SignKind.SWAP, pair, other - self._said_um) for pair, other in self._swapped()),
         ]
+        steady = kept.of(np.ones_like(left_um))
         for kind, of, column_um in columns:
-            g = kept.of(column_um - column_um[0])
-            w_day, w_before = (float(np.sum(g[k] ** 2)) for k in (today, before))
-            if min(w_day, w_before) > 0.0:
-                value, earlier = (
-                    float(np.sum((e * g)[k])) / w for k, w in ((today, w_day), (before, w_before))
-                )
-                yield Sign(kind, self._output.name, of, value, w_day**-0.5, earlier, w_before**-0.5)
+            g = kept.of(column_um - np.mean(column_um))
+            (value, std), (earlier, earlier_std) = (
+                _share(e[rows], g[rows], steady[rows]) for rows in (today, before)
+            )
+            if max(std, earlier_std) < np.inf:
+                yield Sign(kind, self._output.name, of, value, std, earlier, earlier_std)
         yield from self._of_days(e)
 
     def _of_days(self, e: _F) -> Iterator[Sign]:
@@ -184,7 +187,8 @@ class _Touched:
         enough = [int(np.count_nonzero(self._day == d)) >= FEWEST for d in days]
         each = [self._day == d for d in days[enough]]
         mean = np.array([np.mean(self._left_um[k]) for k in each])
-        rest = np.array([0.5 * np.log(np.mean(e[k] ** 2) + 1e-3) for k in each])
+        far = np.minimum(np.abs(e), _CLIPPED)
+        rest = np.array([0.5 * np.log(np.mean(far[k] ** 2) + 1e-3) for k in each])
         yield from _by_days(SignKind.MEAN, self._output.name, "", mean, 0.05)
         yield from _by_days(SignKind.REST, self._output.name, "", rest, 0.05)
 
@@ -200,6 +204,66 @@ class _Touched:
             said_um, _ = self._run(self._model, replace(self._log, columns=columns))
             if not np.isnan(said_um).any():
                 yield f"{a},{b}", said_um
+
+
+@final
+class _Memory(NamedTuple):
+    """The filter of touches whose residual has a memory: each as an innovation, in its size."""
+
+    decay: _F
+    """What is left of the residual since the touch before, (m,). [1]"""
+    gain: _F
+    """Kalman gains, (m,). [1]"""
+    std_um: _F
+    """Standard deviations of the innovations, (m,). [µm]"""
+
+    def of(self, left_um: _F) -> _F:
+        """Return the innovations of what a model leaves, (m,), in their sizes. [1]"""
+        found, state = np.empty_like(left_um), 0.0
+        each = zip(left_um.tolist(), self.decay.tolist(), self.gain.tolist(), strict=True)
+        for k, (left, decay, gain) in enumerate(each):
+            state *= decay
+            found[k] = left - state
+            state += gain * found[k]
+        return found / self.std_um
+
+
+def _likeliest(time_s: _F, left_um: _F, learnt: NDArray[np.bool_]) -> _Memory:
+    """Return the filter with the noise, size and memory that make some touches likeliest.
+
+    The residual is a first-order Markov process, which is measured with noise.
+    """
+    least_um = TouchFilter().noise_um
+    every = [np.ravel(one) for one in np.meshgrid(_MORE_UM, _SIZES_UM, _MEMORIES_S)]
+    noise_um2, size_um2, memory_s = least_um**2 + every[0] ** 2, every[1] ** 2, every[2]
+    apart_s = np.diff(time_s, prepend=time_s[:1])
+    state, p_um2, likelihood = np.zeros_like(size_um2), size_um2, np.zeros_like(size_um2)
+    history = np.empty((time_s.size, 3, state.size))
+    for k, left in enumerate(left_um.tolist()):
+        decay = np.exp(-apart_s[k] / memory_s)
+        p_um2 = decay**2 * p_um2 + (1.0 - decay**2) * size_um2
+        s_um2 = p_um2 + noise_um2
+        gain = p_um2 / s_um2
+        innovation = left - decay * state
+        state = decay * state + gain * innovation
+        p_um2 = (1.0 - gain) * p_um2
+        history[k] = decay, gain, s_um2
+        if learnt[k]:
+            far = np.minimum(innovation**2 / s_um2, _CLIPPED**2)
+            likelihood -= 0.5 * (far + np.log(s_um2))
+    decay, gain, s_um2 = history[:, :, int(np.argmax(likelihood))].T
+    return _Memory(decay, gain, np.sqrt(s_um2))
+
+
+def _share(e: _F, g: _F, steady: _F) -> tuple[float, float]:
+    """Return by what share of g innovations grow with it, beside a level, and how surely.
+
+    Far ones weigh less.
+    """
+    w = np.minimum(1.0, _CLIPPED / np.maximum(np.abs(e), 1e-9))
+    g = g - steady * np.sum(w * steady * g) / np.sum(w * steady**2)
+    total = float(np.sum(w * g**2))
+    return (float(np.sum(w * e * g)) / total, total**-0.5) if total > 0.0 else (0.0, np.inf)
 
 
 def _slower(output: Output) -> Output:

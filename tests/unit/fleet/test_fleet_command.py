@@ -54,14 +54,20 @@ def test_the_morning_shows_sensors_and_models_that_need_a_look_before_the_others
     }
     done = answer(capsys, *night)
     assert (done["asked"], done["stored"], done["not_shipped"]) == (4, 3, 1)
-    assert answer(capsys, *night)["asked"] == 1
+    again = answer(capsys, *night)
+    assert (again["asked"], done["named"], again["named"]) == (1, 1, 1)
     shown = answer(capsys, "show", "registry.db")
     assert [one["machine"] for one in shown["nights"]] == ["frozen", "wrong", "good"]
-    assert shown["day"] == LAST.isoformat()
+    (named,) = shown["named"]
+    assert (named["machine"], named["causes"]) == ("frozen", ["sensor_frozen"])
+    assert named["since"] == shown["day"] == LAST.isoformat()
     left = {one["machine"]: one["outputs"]["Z_um"]["rmse_um"] for one in shown["nights"]}
     assert left["wrong"] > 5.0 * left["good"]
     assert main(["fleet", "show", "registry.db"]) == 0
-    assert "T_spindle_C" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "frozen: T_spindle gives one value while other sensors move. Look at" in said
+    assert main(["fleet", *night]) == 0
+    assert capsys.readouterr().out.endswith("named 1 machine\n")
 
 
 def test_a_machine_is_shown_with_its_models_and_nights(fleet, capsys):

@@ -28,7 +28,7 @@ from thermaxis.files import (
     read_positioning_with_sha256,
     write_model,
 )
-from thermaxis.messages import text_of
+from thermaxis.messages import remedy_of, sentence, sentence_of, text_of
 from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_SYMBOLS
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of, values_of
@@ -321,6 +321,7 @@ def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
             else fleet.serial_engine()
         )
         done = fleet.do_nights(registry, jobs, engine, report=progress)
+    named = sum(one.named for one in registry.judge(asked))
     said = [f"{name}: {text_of(message)}" for name, message in done.unread.items()]
     show(
         [
@@ -330,6 +331,8 @@ def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
                 for key in ("asked", "stored", "not_shipped", "set_aside")
             ),
             Value("unread", said, "not read"),
+            Value("named", named),
+            f"named {named} machine{'s' * (named != 1)}",
         ],
         arguments.json,
     )
@@ -339,14 +342,31 @@ def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
 def _show(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     asked = date.fromisoformat(arguments.day) if arguments.day else registry.last_day()
     nights = [] if asked is None else registry.nights(asked)
-    rows = [_row(night, night.machine) for night in sorted(nights, key=_worst_first)]
+    named = [] if asked is None else registry.judgements(asked)
+    place = {one.machine: number for number, one in enumerate(named)}
+    nights = sorted(
+        sorted(nights, key=_worst_first), key=lambda n: place.get(n.machine, len(place))
+    )
+    rows = [_row(night, night.machine) for night in nights]
     when = None if asked is None else asked.isoformat()
     parts: list[Part] = [
         Value("day", when),
+        Table("Named, the surest first", [_named(one) for one in named], key="named", words=4),
+        *(f"{j.machine}: {sentence_of(j.evidence[0])} {remedy_of(j.evidence[0])}" for j in named),
         Table(f"Nights of {when or 'no day yet'}, the worst first", rows, key="nights", words=4),
     ]
     show(parts, arguments.json)
     return 0
+
+
+def _named(one: fleet.Judgement) -> list[Value]:
+    return [
+        *(Value(key, value) for key, value in fleet.judgement_as_json(one).items()),
+        Value("", one.machine, "named"),
+        Value("", one.kind, "kind"),
+        Value("", f"{one.since}", "since"),
+        Value("", sentence(f"cause-{one.causes[0]}"), "likely cause"),
+    ]
 
 
 def _machine(arguments: argparse.Namespace, registry: fleet.Registry) -> int:

@@ -3,7 +3,6 @@ from ._innovations import (
     Innovations as Innovations,
     compared as compared,
     innovations_of as innovations_of,
-    likeliest as likeliest,
 )
 from ._relearn import (
     Candidate as Candidate,
