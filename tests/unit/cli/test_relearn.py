@@ -43,9 +43,11 @@ TRUE_S = 1000.0
 """Time constant of the machine; the model in force has 600 s."""
 
 
-def records(seed: int = 1) -> list[CycleRecord]:
+def records(
+    rows: int = ROWS, begin: datetime = BEGIN, every: int = TOUCH, seed: int = 1
+) -> list[CycleRecord]:
     """Return cycles of a machine that is compensated by a model that is too fast, and touched."""
-    random, rows = np.random.default_rng(seed), ROWS
+    random = np.random.default_rng(seed)
     minutes = np.repeat(random.choice([0.0, 0.5, 1.0], rows // 9 + 1), 9 * 5)[: rows * 5]
     heat = 6.0 * lagged(minutes, 1500.0)
     spindle_c = np.round(22.0 + heat[::5], 2)
@@ -54,7 +56,7 @@ def records(seed: int = 1) -> list[CycleRecord]:
     shown_um = true_um + acting_um + random.normal(0.0, 0.5, rows)
     found: list[CycleRecord] = []
     for k in range(rows):
-        one = cycle_record(k, cycle_s=STEP_S)
+        one = cycle_record(k, cycle_s=STEP_S, begin=begin)
         output = one.output._replace(
             correction_um=(float(-model_um[k]),),
             wanted_um=(float(-model_um[k]),),
@@ -69,8 +71,8 @@ def records(seed: int = 1) -> list[CycleRecord]:
             offset_um=(0.0,),
             offset_std_um=(1.0,),
         )
-        touched = k % TOUCH == 0
-        outcome = "excluded" if k % (31 * TOUCH) == 0 else "believed"
+        touched = k % every == 0
+        outcome = "excluded" if k % (31 * every) == 0 else "believed"
         samples = {
             "T_spindle_C": SourceSample(float(spindle_c[k]), True, "Good", 0.02, None),
             "T_column_C": SourceSample(22.0, True, "Good", 0.02, None),
@@ -136,11 +138,12 @@ def recorded(tmp_path: Path, cycles: pl.LazyFrame, monkeypatch: pytest.MonkeyPat
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[RequestKind, object]]:
-    """Return what a loop is asked for, that accepts all."""
+    """Return what a loop is asked for, that accepts all and keeps what is in force then."""
     found: list[tuple[RequestKind, object]] = []
 
-    def ask(_: Path, kind: RequestKind, told: object = None) -> LocalAnswer:
+    def ask(state: Path, kind: RequestKind, told: str) -> LocalAnswer:
         found.append((kind, told))
+        in_force(state.with_name("machine.toml"), told)
         return LocalAnswer(True, Message("answer-model_settles"))
 
     monkeypatch.setattr(relearn, "ask_loop", ask)
@@ -214,12 +217,12 @@ def test_a_person_accepts_what_was_compared_with_the_model_in_force_and_goes_bac
     with refused("nothing_to_roll_back"):
         relearn.run(_words(path, "--rollback"))
     assert main(["relearn", str(path), "--accept", "relearnt.proposal"]) == 0
-    in_force(path, "relearnt.json")
     with refused("proposal_of_other_model"):
         relearn.run(_words(path, "--accept", "relearnt.json"))
     assert main(["relearn", str(path), "--rollback"]) == 0
     assert asked == [(RequestKind.MODEL, "relearnt.json"), (RequestKind.MODEL, "lathe.json")]
     assert "lathe.json accepted" in capsys.readouterr().out
+    in_force(path, "relearnt.json")
     write_model(model(gain=13.0), folder / "lathe.json")
     with refused("hash_mismatch"):
         relearn.run(_words(path, "--rollback"))

@@ -8,6 +8,7 @@ in force before comes back by `--rollback`.
 
 import argparse
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -208,6 +209,10 @@ def _ask(configuration: MachineConfiguration, proposal: Path | None) -> int:
     if read_model_file(configuration.find_model(name)).sha256 != sha256:
         raise ConfigurationError("hash_mismatch", place=Place(name, key="sha256"))
     answer = ask_loop(configuration.state_file, RequestKind.MODEL, name)
+    for _ in range(50):  # by what the loop keeps the way back is found
+        if not answer.accepted or model_in_force(configuration).sha256 == sha256:
+            break
+        time.sleep(0.1)
     said = "accepted" if answer.accepted else "refused"
     sys.stdout.write(f"{name} {said}: {sentence_of(answer.message)}\n")
     return 0 if answer.accepted else 1
