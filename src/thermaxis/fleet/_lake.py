@@ -21,7 +21,7 @@ import polars as pl
 from fsspec.implementations.local import LocalFileSystem
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.errors import ConfigurationError, DataError, ThermaxisError
 from thermaxis.runtime.history import Part, machine_folder, printable_cause, unjoined
 
 _SUMS: Final = re.compile(r"(\d{12})-(\d{12})\.sha256")
@@ -204,9 +204,9 @@ class Lake:
     def _errors_named(self, path: str) -> Generator[None]:
         try:
             yield
-        except FileNotFoundError:
+        except (FileNotFoundError, ThermaxisError):
             raise
-        except OSError as error:
+        except Exception as error:  # of botocore no error is an OSError
             place = Place(f"{self.where}/{path}")
             raise DataError(
                 "lake_out_of_reach", cause=printable_cause(error), place=place

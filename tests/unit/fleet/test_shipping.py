@@ -3,6 +3,7 @@
 import errno
 import hashlib
 import json
+import resource
 import shutil
 import subprocess
 from datetime import timedelta
@@ -147,6 +148,21 @@ def test_only_what_is_confirmed_is_noted_beside_the_history(tmp_path, lake, monk
     assert codes(shipped(history, lake)) == ["shipped_unnoted"]
 
 
+def test_a_disk_that_takes_no_more_is_said_and_gone_on_from(tmp_path, lake):
+    """The system itself refuses what is larger than a few hundred bytes."""
+    with HistoryReader(url_of(written(tmp_path / "machine", 1.5))) as reader:
+        parts = reader.parts()
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (500, limits[1]))
+        try:
+            with pytest.raises(DataError, match="File too large"):
+                ship(parts, Lake(str(lake)))
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert files(lake) == {}
+        assert ship(parts, Lake(str(lake))).sent == len(parts)
+
+
 def test_a_lake_that_gives_back_something_else_is_not_believed(tmp_path, lake, monkeypatch):
     history = written(tmp_path / "machine", 1.5)
     opened = LocalFileSystem._open
@@ -230,6 +246,23 @@ def test_a_lake_is_wherever_fsspec_reaches_and_never_a_folder_that_is_away(tmp_p
         Lake(str(tmp_path / "not mounted"))
     with pytest.raises(ConfigurationError, match="cannot be reached"):
         Lake("nothing://x")
+
+
+def test_a_store_that_fails_by_errors_of_its_own_is_out_of_reach(monkeypatch):
+    def failing(*_: object, **__: object) -> None:
+        raise RuntimeError("Could not connect to the endpoint")
+
+    lake = Lake("memory://fleet")
+    for name in ("ls", "info", "cat_file"):
+        monkeypatch.setattr(lake._fs, name, failing)
+    for call in (
+        lambda: lake.minutes("machine", BEGIN.date()),
+        lambda: lake.size("x"),
+        lambda: lake.days("machine"),
+    ):
+        with pytest.raises(DataError, match="Could not connect") as error:
+            call()
+        assert error.value.code == "lake_out_of_reach"
 
 
 def test_the_command_says_what_was_sent_and_ends_with_1_where_something_is_apart(
