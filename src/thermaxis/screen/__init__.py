@@ -5,4 +5,4 @@ hands requests to the status server under the name of whoever has logged in; it 
 else, and the loop does not notice whether it lives.
 """
 
-from thermaxis.screen._server import serve as serve
+from thermaxis.screen._server import serve as serve, serve_pages as serve_pages

@@ -14,7 +14,7 @@ from starlette.types import ASGIApp
 
 from thermaxis.app.axis import AxisRoom
 from thermaxis.screen import _live_socket
-from thermaxis.screen.access import ScreenParts, _login_page, render
+from thermaxis.screen.access import ScreenParts, login_routes, render
 from thermaxis.screen.pages import (
     operator_page as _operator_page,
     positioning_page as _positioning_page,
@@ -29,7 +29,6 @@ from thermaxis.web.work import close_work
 _NOT_FOUND = 404
 _PAGES = (
     _operator_page,
-    _login_page,
     _live_socket,
     _model_page,
     _sensors_page,
@@ -52,6 +51,7 @@ def build_application(
     found: list[BaseRoute] = [
         Route("/static/{name:path}", assets.answer, methods=["GET"]),
         Route("/alive", alive, methods=["GET"]),
+        *login_routes(parts),
     ]
     for page in _PAGES:
         found += page.routes(parts)

@@ -5,6 +5,7 @@ import ssl
 from collections.abc import Callable, Sequence
 
 from starlette.routing import BaseRoute
+from starlette.types import ASGIApp
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
@@ -12,7 +13,7 @@ from thermaxis.runtime import Clock, MachineConfiguration, ScreenSettings
 from thermaxis.runtime.config import configuration_sha256
 from thermaxis.runtime.host import is_loopback, server_context
 from thermaxis.screen._application import build_application
-from thermaxis.screen.access import ScreenParts, UserSessions
+from thermaxis.screen.access import LoopSession, ScreenParts, UserSessions
 from thermaxis.screen.feed import StatusFeed
 from thermaxis.web import Listener, Server
 
@@ -48,31 +49,45 @@ async def serve(
     settings = configuration.screen
     if settings is None:
         raise ConfigurationError("no_screen", place=Place(file=str(configuration.path)))
-    context = _context_of(settings)
-    secure = context is not None
     parts = ScreenParts(
         configuration=configuration,
         settings=settings,
         clock=clock,
         feed=StatusFeed(configuration.screen_connection(settings.user, settings.password), clock),
         persons=UserSessions(
-            configuration.screen_connection,
+            lambda name, password: LoopSession.log_in(
+                configuration.screen_connection(name, password), clock
+            ),
             clock,
             idle_s=settings.idle_s,
             longest_s=settings.longest_login_s,
             takes_pin=settings.takes_pin,
         ),
         program=secrets.token_hex(8),
-        secure=secure,
+        secure=settings.secure,
         configuration_sha256=configuration_sha256(configuration),
     )
+    await serve_pages(
+        settings, lambda hosts: build_application(parts, hosts, more), tell, web_sockets=True
+    )
+
+
+async def serve_pages(
+    settings: ScreenSettings,
+    application: Callable[[Sequence[str]], ASGIApp],
+    tell: Callable[[str], None],
+    *,
+    web_sockets: bool = False,
+) -> None:
+    """Serve what is made for the names of a server, until told to end: see `serve`."""
+    context, scheme = _context_of(settings), "https" if settings.secure else "http"
     with Listener.at(settings.address, settings.port, "screen_cannot_listen") as listener:
         port = int(listener.getsockname()[1])
-        hosts = allowed_hosts(settings, port, secure=secure)
+        hosts = allowed_hosts(settings, port, secure=settings.secure)
         server = Server(
-            build_application(parts, hosts, more),
-            lambda: tell(f"{'https' if secure else 'http'}://{_host(settings.address)}:{port}/"),
-            web_sockets=True,
+            application(hosts),
+            lambda: tell(f"{scheme}://{_host(settings.address)}:{port}/"),
+            web_sockets=web_sockets,
             context=context,
         )
         await server.serve(sockets=[listener])

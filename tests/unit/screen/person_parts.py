@@ -19,7 +19,14 @@ from thermaxis.runtime import (
     hash_password,
     write_users,
 )
-from thermaxis.screen.access import Outcome, Question, UserSession, UserSessions, question_of
+from thermaxis.screen.access import (
+    LoopSession,
+    Outcome,
+    Question,
+    UserSession,
+    UserSessions,
+    question_of,
+)
 from thermaxis.screen.access._user_sessions import Refusal
 
 HERE = "127.0.0.1"
@@ -139,7 +146,11 @@ async def shop(stage: Stage, **changes: Any) -> AsyncIterator[Shop]:
     await cable.mend()
     asked = {"idle_s": IDLE_S, "longest_s": LONGEST_S, **changes}
     connection = connection_to(stage.pairs, lambda: cable.url)
-    persons = UserSessions(connection, stage.clock, **asked)
+    persons = UserSessions(
+        lambda name, password: LoopSession.log_in(connection(name, password), stage.clock),
+        stage.clock,
+        **asked,
+    )
     await persons.open()
     place = Shop(stage.pairs, stage.server, persons, stage.clock, box, cable)
     try:

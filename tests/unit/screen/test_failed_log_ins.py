@@ -5,7 +5,6 @@ import re
 from collections import Counter
 from typing import NoReturn
 
-import pytest
 from hypothesis import given, strategies as st
 
 from tests.scenes import scene
@@ -20,7 +19,7 @@ from thermaxis.runtime import (
     Secret,
 )
 from thermaxis.runtime.users._throttle import LOCAL_SHARE, Refused, counted_as
-from thermaxis.screen.access import UserSessions, _user_sessions
+from thermaxis.screen.access import UserSessions
 from thermaxis.screen.access._login_page import _STATUS
 from thermaxis.screen.access._user_sessions import (
     IMPOSSIBLE,
@@ -116,29 +115,18 @@ def test_whoever_is_refused_takes_no_place_among_those_who_wait() -> None:
 class SlowServer:
     """Refuses whoever comes, once it is told to, as the loop's server does after argon2."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self) -> None:
         self.looked_at, self.known = 0, asyncio.Event()
-        monkeypatch.setattr(_user_sessions.LoopSession, "log_in", self.log_in)
-        monkeypatch.setattr(
-            _user_sessions, "is_refusal", lambda error: isinstance(error, TimeoutError)
-        )
 
-    async def log_in(self, *_: object) -> NoReturn:
+    async def log_in(self, *_: object) -> None:
         self.looked_at += 1
         await self.known.wait()
-        raise TimeoutError
-
-
-def slow_door(clock: HandClock) -> UserSessions:
-    return UserSessions(lambda *_: None, clock, idle_s=900.0, longest_s=28_800.0)
 
 
 @scene
-async def test_passwords_that_are_checked_at_once_do_not_pass_the_share(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    server, clock = SlowServer(monkeypatch), HandClock()
-    persons = slow_door(clock)
+async def test_passwords_that_are_checked_at_once_do_not_pass_the_share() -> None:
+    server = SlowServer()
+    persons = UserSessions(server.log_in, HandClock(), idle_s=900.0, longest_s=28_800.0)
     await persons.open()
     for i in range(FAILURES_BY_ADDRESS - 1):
         await persons.log_in(f"<{i}>", "a password", GUESSER)

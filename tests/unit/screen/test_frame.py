@@ -32,7 +32,7 @@ from thermaxis.screen import _live_socket
 from thermaxis.screen._application import build_application
 from thermaxis.screen._live_socket import MOST_VIEWERS
 from thermaxis.screen._server import allowed_hosts
-from thermaxis.screen.access import ScreenParts, _login_page, needs
+from thermaxis.screen.access import ScreenParts, login_routes, needs
 from thermaxis.screen.access._user_sessions import (
     FULL,
     NO_PANEL,
@@ -142,7 +142,7 @@ def test_a_page_and_what_it_is_told_call_an_input_as_people_do() -> None:
     given = parts()
     headline = {"code": "headline-input_lost", "values": {"name": "T1_C"}}
     cast("Feed", given.feed).tell(headline=headline)
-    page = client(given, _login_page.routes).get("/login").text
+    page = client(given, login_routes).get("/login").text
     assert "Bearing &lt;front&gt;" in page
     assert "Bearing <front>" not in page
     with client(given, _live_socket.routes).websocket_connect(LIVE) as socket:
@@ -154,7 +154,7 @@ def test_a_page_and_what_it_is_told_call_an_input_as_people_do() -> None:
 def test_the_log_in_page_holds_names_and_configuration_only_for_whoever_may_look() -> None:
     for view in (True, False):
         given = replace(parts(view_without_login=view), configuration_sha256="ab" * 32)
-        page = client(given, _login_page.routes).get("/login").text
+        page = client(given, login_routes).get("/login").text
         assert [one in page for one in ("Bearing", "ab" * 32)] == [view, view]
 
 
@@ -175,7 +175,7 @@ def test_a_role_that_the_loop_changes_is_told_to_an_open_page() -> None:
 
 
 def why_of(given: ScreenParts, cookie: str | None) -> str:
-    browser = client(given, _login_page.routes)
+    browser = client(given, login_routes)
     if cookie is not None:
         browser.cookies.set("thermaxis_8450", cookie)
     found = re.search(r'id="why"[^>]*>([^<]*)<', browser.get("/login").text)
@@ -189,7 +189,7 @@ def test_the_log_in_page_tells_why_somebody_has_to_log_in() -> None:
     assert why_of(given, "of another run") == sentence("login-started_anew")
     people.end_cookie("cookie-x", "login-idle")
     assert why_of(given, "cookie-x") == sentence("login-idle")
-    client(given, _login_page.routes, name="operator")
+    client(given, login_routes, name="operator")
     assert why_of(given, "cookie-operator") == ""
 
 
@@ -220,7 +220,7 @@ def log_in(browser: TestClient, name: str, password: str) -> Response:
 
 @pytest.mark.parametrize("secure", [True, False])
 def test_a_log_in_sets_a_cookie_that_scripts_and_other_sites_do_not_get(*, secure: bool) -> None:
-    browser = client(parts(view_without_login=False, secure=secure), _login_page.routes)
+    browser = client(parts(view_without_login=False, secure=secure), login_routes)
     answer = log_in(browser, "operator", PASSWORD)
     assert answer.status_code == 200
     cookie = answer.headers["set-cookie"].lower()
@@ -243,7 +243,7 @@ def test_a_log_in_sets_a_cookie_that_scripts_and_other_sites_do_not_get(*, secur
 def test_a_refused_log_in_says_why_and_sets_no_cookie(refusal: Refusal | None, status: int) -> None:
     given = parts()
     cast("People", given.persons).refusal = refusal
-    answer = log_in(client(given, _login_page.routes), "operator", "wrong")
+    answer = log_in(client(given, login_routes), "operator", "wrong")
     assert answer.status_code == status
     assert "set-cookie" not in answer.headers
     assert ("48 s" in answer.json()["text"]) is (status == 429)
@@ -262,13 +262,13 @@ def test_a_refused_log_in_says_why_and_sets_no_cookie(refusal: Refusal | None, s
 def test_a_refused_pin_is_said_as_such_and_leaves_the_password(refusal: Refusal, key: str) -> None:
     given = parts()
     cast("People", given.persons).refusal = refusal
-    answer = client(given, _login_page.routes).post("/login", json={"name": "a", "pin": "000000"})
+    answer = client(given, login_routes).post("/login", json={"name": "a", "pin": "000000"})
     assert answer.json()["error"] == key
 
 
 def test_a_log_out_needs_the_token_and_ends_the_log_in() -> None:
     given = parts()
-    browser = client(given, _login_page.routes, name="operator")
+    browser = client(given, login_routes, name="operator")
     assert browser.post("/logout").status_code == 403
     assert cast("People", given.persons).standing
     assert browser.post("/logout", headers={"X-Thermaxis-Token": TOKEN}).status_code == 200
@@ -276,14 +276,14 @@ def test_a_log_out_needs_the_token_and_ends_the_log_in() -> None:
 
 
 def test_a_chosen_language_is_kept_and_an_unknown_one_refused() -> None:
-    browser = client(parts(), _login_page.routes)
+    browser = client(parts(), login_routes)
     assert browser.post("/language", json={"language": "cs"}).status_code == 200
     assert 'lang="cs"' in browser.get("/login").text
     assert browser.post("/language", json={"language": "xx"}).status_code == 400
 
 
 def test_the_name_of_a_machine_is_text_and_no_page_has_a_script_or_style_within_it() -> None:
-    page = client(parts(), _login_page.routes).get("/login").text
+    page = client(parts(), login_routes).get("/login").text
     assert "lathe &lt;3&gt;" in page
     assert "lathe <3>" not in page
     assert re.findall(r"<script(?![^>]*(?: src=|application/json))", page) == []

@@ -14,7 +14,7 @@ from tests.unit.screen.people import HERE, People
 from tests.unit.screen.stand import Feed, client, copied_lathe, parts
 from tests.unit.screen.test_failed_log_ins import Door, played
 from thermaxis.runtime import FAILURES_BY_ADDRESS, LONGEST_NAME, LONGEST_PASSWORD
-from thermaxis.screen.access import _login_page
+from thermaxis.screen.access import _login_page, login_routes
 from thermaxis.screen.access._user_sessions import REFUSED, TOO_MANY_FROM_HERE
 from thermaxis.screen.pages.model import page as _model_page
 from thermaxis.web import answer_json
@@ -36,7 +36,7 @@ def test_a_log_in_that_nobody_can_have_is_refused_and_counted_as_any_wrong_one(w
 
     async def act(door: Door) -> None:
         given = parts()
-        app = Starlette(routes=_login_page.routes(given))
+        app = Starlette(routes=login_routes(given))
         app.state.parts = given
         people = cast("People", given.persons)
         people.log_in = door.persons.log_in

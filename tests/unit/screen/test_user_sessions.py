@@ -23,6 +23,7 @@ from tests.unit.screen.person_parts import (
     Stage,
     appoint,
     asks,
+    connection_to,
     shop,
 )
 from thermaxis.codes import Message
@@ -44,6 +45,7 @@ from thermaxis.runtime import (
 from thermaxis.runtime.status import ASKS
 from thermaxis.screen.access import (
     Answer,
+    LoopSession,
     UserSession,
     _loop_session,
     _user_sessions,
@@ -239,10 +241,12 @@ async def test_a_configuration_or_a_key_that_lets_nobody_log_in_is_no_wrong_pass
     def connection_for(name: str, password: object):
         raise ConfigurationError("password_needs_encryption")
 
-    settings = place.persons._connection_for("novak", Secret(PASSWORD))
+    settings = connection_to(place.pairs, lambda: place.cable.url)("novak", Secret(PASSWORD))
     away = tmp_path_factory.mktemp("away") / "key.pem"
     for wrong in (connection_for, lambda *_: replace(settings, private_key=away)):
-        place.persons._connection_for = wrong
+        place.persons._open_session = lambda *given, wrong=wrong: LoopSession.log_in(
+            wrong(*given), place.clock
+        )
         assert (await place.refused("novak")).key == "login-impossible"
 
 

@@ -8,6 +8,9 @@ from ._configuration import (
     ModelFile as ModelFile,
     read_model_file as read_model_file,
 )
+from ._contradictions import (
+    check_pages as check_pages,
+)
 from ._hash import (
     configuration_sha256 as configuration_sha256,
 )

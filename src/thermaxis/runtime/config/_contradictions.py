@@ -9,8 +9,9 @@ from dataclasses import fields
 from itertools import combinations
 from typing import Any, Final, get_args, get_type_hints
 
-from thermaxis.codes import Message, Value
+from thermaxis.codes import Message, Place, Value
 from thermaxis.compensation import MOST_EXPECTED, CompensationModel
+from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import nearest, problem
 from thermaxis.runtime._keys import Needed, Only
 from thermaxis.runtime._ports import (
@@ -216,6 +217,13 @@ def about_screen(file: MachineFile) -> Iterator[Message]:
     for wrong, code, key, values in rows:
         if wrong:
             yield problem(code, key, **values)
+
+
+def check_pages(screen: ScreenSettings) -> None:
+    """Check how pages of no machine are served."""
+    for wrong, code, key, values in _about_pages(screen):
+        if wrong:
+            raise ConfigurationError(code, place=Place(key=key), **values)
 
 
 def _about_pages(screen: ScreenSettings) -> Iterator[_Row]:

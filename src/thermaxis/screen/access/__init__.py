@@ -14,7 +14,17 @@ from thermaxis.screen.access._answers import (
     outcome_of as outcome_of,
     question_of as question_of,
 )
+from thermaxis.screen.access._file_session import (
+    FileSession as FileSession,
+)
+from thermaxis.screen.access._login_page import (
+    login_routes as login_routes,
+)
+from thermaxis.screen.access._loop_session import (
+    LoopSession as LoopSession,
+)
 from thermaxis.screen.access._parts import (
+    AccessParts as AccessParts,
     ScreenParts as ScreenParts,
     parts_of as parts_of,
 )

@@ -11,7 +11,7 @@ from starlette.responses import RedirectResponse, Response
 
 from thermaxis.codes import Message
 from thermaxis.runtime import Role
-from thermaxis.screen.access._parts import ScreenParts, parts_of
+from thermaxis.screen.access._parts import AccessParts, access_of
 from thermaxis.screen.access._user_sessions import UserSession
 from thermaxis.web import RefusedError, refuse, spoken
 
@@ -41,7 +41,7 @@ class Visitor(NamedTuple):
     """The log-in, if there is one."""
 
 
-def cookie_name(parts: ScreenParts, port: int | None) -> str:
+def cookie_name(parts: AccessParts, port: int | None) -> str:
     """Return the name of the log-in's cookie.
 
     Cookies know no ports: two screens of one computer would log each other out.
@@ -52,12 +52,12 @@ def cookie_name(parts: ScreenParts, port: int | None) -> str:
 
 def cookie_of(connection: HTTPConnection) -> str | None:
     """Return the cookie of a log-in."""
-    return connection.cookies.get(cookie_name(parts_of(connection), connection.url.port))
+    return connection.cookies.get(cookie_name(access_of(connection), connection.url.port))
 
 
 def visitor_of(connection: HTTPConnection, *, touch: bool = False) -> Visitor:
     """Return who looks."""
-    parts = parts_of(connection)
+    parts = access_of(connection)
     person = parts.persons.of(cookie_of(connection), touch=touch)
     language = spoken(connection)
     if person is not None:
@@ -68,7 +68,7 @@ def visitor_of(connection: HTTPConnection, *, touch: bool = False) -> Visitor:
 
 def why_out(connection: HTTPConnection) -> str:
     """Return why somebody has to log in anew."""
-    persons, cookie = parts_of(connection).persons, cookie_of(connection)
+    persons, cookie = access_of(connection).persons, cookie_of(connection)
     if cookie is None or persons.of(cookie) is not None:
         return ""
     return persons.why_ended(cookie) or STARTED_ANEW
@@ -87,7 +87,8 @@ def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[E
             visitor = visitor_of(request, touch=page or unsafe)
             if visitor.person is None and (named or not visitor.role.at_least(role)):
                 if page:
-                    return RedirectResponse(f"/login?next={quote(request.url.path)}", 303)
+                    here = request.url.path + (f"?{request.url.query}" if request.url.query else "")
+                    return RedirectResponse(f"/login?next={quote(here)}", 303)
                 return refuse(request, _UNAUTHORIZED, why_out(request) or "login-needed")
             refusal = _refusal(request, visitor, role)
             if refusal is not None:

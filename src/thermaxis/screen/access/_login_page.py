@@ -9,7 +9,7 @@ from starlette.routing import BaseRoute, Route
 
 from thermaxis.runtime import Role
 from thermaxis.screen.access._access import cookie_name, cookie_of, needs, visitor_of, why_out
-from thermaxis.screen.access._parts import ScreenParts, parts_of
+from thermaxis.screen.access._parts import AccessParts, access_of
 from thermaxis.screen.access._render import render
 from thermaxis.screen.access._user_sessions import (
     BUSY,
@@ -36,7 +36,7 @@ _OF_PINS = {
 }
 
 
-def routes(parts: ScreenParts) -> list[BaseRoute]:
+def login_routes(parts: AccessParts) -> list[BaseRoute]:
     """Return the routes of the log-in."""
     del parts
     return [
@@ -48,12 +48,12 @@ def routes(parts: ScreenParts) -> list[BaseRoute]:
 
 
 async def _page(request: Request) -> Response:
-    panel = parts_of(request).settings.takes_pin(_address(request))
+    panel = access_of(request).settings.takes_pin(_address(request))
     return render(request, "login.html", page="login", panel=panel, why=why_out(request))
 
 
 async def _log_in(request: Request) -> Response:
-    parts = parts_of(request)
+    parts = access_of(request)
     said = await object_of(request)
     pin = "pin" in said
     name, password = said.get("name"), said.get("pin" if pin else "password")
@@ -84,7 +84,7 @@ def _refused(request: Request, found: Refusal, *, pin: bool) -> Response:
 
 @needs(Role.NONE)
 async def _log_out(request: Request) -> Response:
-    parts = parts_of(request)
+    parts = access_of(request)
     await parts.persons.log_out(cookie_of(request))
     answer = answer_json({})
     answer.delete_cookie(cookie_name(parts, request.url.port), **_marks(parts))
@@ -96,6 +96,6 @@ async def _choose_language(request: Request) -> Response:
     return await choose_language(request)
 
 
-def _marks(parts: ScreenParts) -> dict[str, Any]:
+def _marks(parts: AccessParts) -> dict[str, Any]:
     """Return what keeps a cookie from scripts and from other sites."""
     return {"path": "/", "secure": parts.secure, "httponly": True, "samesite": "strict"}

@@ -46,13 +46,6 @@ class Caller(NamedTuple):
     """What the user may do now."""
 
 
-def is_refusal(error: BaseException) -> bool:
-    """Return whether a log-in failed for its name and password, and for nothing else."""
-    if not isinstance(error, ua.UaStatusCodeError):
-        return False
-    return ua.StatusCode(ua.UInt32(error.code)).name in _REFUSALS
-
-
 @final
 class LoopSession:
     """A session that is logged in; see `log_in`.
@@ -66,10 +59,15 @@ class LoopSession:
         """What the next session is opened by; empty where the loop has issued nothing."""
 
     @staticmethod
-    async def log_in(settings: ConnectionSettings, clock: Clock) -> "LoopSession":
-        """Log in, and forget the password."""
+    async def log_in(settings: ConnectionSettings, clock: Clock) -> "LoopSession | None":
+        """Log in, and forget the password; None: name or password is wrong."""
         patient = replace(settings, timeout_s=REQUEST_S)
-        link = await connect_once(patient, clock, LOG_IN_S, SESSION_TIMEOUT_MS)
+        try:
+            link = await connect_once(patient, clock, LOG_IN_S, SESSION_TIMEOUT_MS)
+        except ua.UaStatusCodeError as error:
+            if ua.StatusCode(ua.UInt32(error.code)).name in _REFUSALS:
+                return None
+            raise
         link.client.set_password("")
         return LoopSession(link)
 

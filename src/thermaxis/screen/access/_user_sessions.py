@@ -10,7 +10,7 @@ import asyncio
 import hashlib
 import math
 import secrets
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple, final
@@ -22,7 +22,6 @@ from thermaxis.runtime import (
     PIN_MARK,
     PIN_REFUSED_S,
     Clock,
-    ConnectionSettings,
     LogInThrottle,
     Role,
     Secret,
@@ -39,7 +38,8 @@ from thermaxis.screen.access._answers import (
     refused,
     unknown,
 )
-from thermaxis.screen.access._loop_session import LoopSession, is_refusal
+from thermaxis.screen.access._file_session import FileSession
+from thermaxis.screen.access._loop_session import LoopSession
 
 COOKIE_BYTES: Final = 32
 """Random bytes of a cookie. Origin: twice what OWASP asks of a session. [byte]"""
@@ -57,6 +57,7 @@ MOST_OF_ONE: Final = 4
 """Log-ins of one name at once; with the next one the oldest ends. [1]"""
 MOST_AT_ONCE: Final = 4
 """Log-ins whose passwords are being checked, and requests of one person that wait. [1]"""
+_Session = LoopSession | FileSession
 _LONGEST_COOKIE: Final = 128
 _MOST_ENDED: Final = 16
 
@@ -104,8 +105,8 @@ class UserSession:
     """When the log-in was, monotonic. [s]"""
     seen_s: float
     """Last sign of the person, monotonic. [s]"""
-    session: LoopSession = field(repr=False)
-    """The session at the loop; requests go through `UserSessions.ask`."""
+    session: _Session = field(repr=False)
+    """The session where users are known; requests go through `UserSessions.ask`."""
     ended: str = ""
     """Key of the words that say why the log-in has ended; empty while it stands."""
     waiting: int = 0
@@ -137,7 +138,7 @@ class UserSessions:
 
     def __init__(
         self,
-        connection_for: Callable[[str, Secret], ConnectionSettings],
+        session_of: Callable[[str, Secret], Awaitable[_Session | None]],
         clock: Clock,
         *,
         idle_s: float,
@@ -146,7 +147,7 @@ class UserSessions:
         most: int = 12,
         answer_s: float = ANSWER_S,
     ) -> None:
-        self._connection_for = connection_for
+        self._open_session = session_of
         self._clock = clock
         self._idle_s = idle_s
         self._longest_s = longest_s
@@ -275,7 +276,7 @@ class UserSessions:
         throttle.succeeded(name, address)
         return await self._admit(found, name)
 
-    async def _session_of(self, name: str, password: Secret) -> LoopSession | Refusal:
+    async def _session_of(self, name: str, password: Secret) -> _Session | Refusal:
         """Return a session under a name and a password, or why there is none."""
         try:
             check_name(name)
@@ -285,17 +286,11 @@ class UserSessions:
         if not fits:
             return Refusal(REFUSED)
         try:
-            settings = self._connection_for(name, password)
-        except ConfigurationError:
-            return Refusal(IMPOSSIBLE)
-        try:
-            return await LoopSession.log_in(settings, self._clock)
+            return await self._open_session(name, password) or Refusal(REFUSED)
         except FAILURES as error:
-            if is_refusal(error):
-                return Refusal(REFUSED)
             return Refusal(IMPOSSIBLE if isinstance(error, ThermaxisError) else NO_CONNECTION)
 
-    async def _admit(self, session: LoopSession, name: str) -> tuple[str, UserSession] | Refusal:
+    async def _admit(self, session: _Session, name: str) -> tuple[str, UserSession] | Refusal:
         """Give a session that is logged in a cookie, if the server says that it may look."""
         async with AsyncExitStack() as undone:
             undone.push_async_callback(session.close)

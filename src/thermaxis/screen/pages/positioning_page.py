@@ -47,7 +47,7 @@ class _Host:
         return visitor.person if visitor.role.at_least(Role.ENGINEER) else None
 
     def page(self, request: Request, template: str, *, page: str, **context: object) -> Response:
-        return render(request, template, page=page, base="base.html", **context)
+        return render(request, template, page=page, **context)
 
 
 def routes(parts: ScreenParts) -> Sequence[BaseRoute]:

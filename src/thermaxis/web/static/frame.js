@@ -3,7 +3,7 @@
 
 import { made, say as show } from "./elements.js";
 import { noDataWords, onLive, onNoData, onStatus, startLive } from "./live.js";
-import { went } from "./page.js";
+import "./page.js";
 import { clock, word } from "./words.js";
 
 /** @param {string} id */
@@ -78,11 +78,6 @@ function tick() {
   if (time) show(time, clock(Date.now()));
 }
 
-byId("logout")?.addEventListener("click", async () => {
-  if (!(await went("/logout", {}))) return;
-  location.assign("/");
-  sessionStorage.clear(); // whoever comes finds nothing of who was here
-});
 tick();
 setInterval(tick, 1000);
 watch();

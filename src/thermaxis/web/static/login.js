@@ -18,7 +18,7 @@ function say(text) {
 function next() {
   const wanted = new URLSearchParams(location.search).get("next") ?? "/";
   const target = new URL(wanted, location.origin);
-  return target.origin === location.origin ? target.pathname : "/";
+  return target.origin === location.origin ? target.pathname + target.search : "/";
 }
 
 form.addEventListener("submit", async (event) => {

@@ -85,4 +85,9 @@ byId("language")?.addEventListener("change", async (event) => {
   if (await went("/language", { language: select.value })) location.reload();
   else select.value = [...select.options].find((one) => one.defaultSelected)?.value ?? "";
 });
+byId("logout")?.addEventListener("click", async () => {
+  if (!(await went("/logout", {}))) return;
+  location.assign("/");
+  sessionStorage.clear(); // whoever comes finds nothing of who was here
+});
 showNotice();
