@@ -39,6 +39,7 @@ from ._registry import (
     FleetMachine as FleetMachine,
     ProposalState as ProposalState,
     Registry as Registry,
+    Standing as Standing,
     StoredModel as StoredModel,
     StoredNight as StoredNight,
     StoredProposal as StoredProposal,

@@ -259,6 +259,23 @@ class StoredProposal:
     """What has become of it."""
     withdrawn: tuple[str, str] | None = None
     """Who has withdrawn it, and why."""
+    decided_utc: datetime | None = None
+    """When it was decided on."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """How a machine stands."""
+
+    machine: str
+    """Its name."""
+    kind: str
+    """Its kind."""
+    night: StoredNight | None
+    """Its newest night; None without any."""
+    proposed_sha256: str | None
+    """Hash of the newest proposal for its model, where it waits for a decision."""
 
 
 @final
@@ -539,7 +556,36 @@ class Registry:
         query = query.where(_alive() if machine is None else c.name == machine)
         with self._asked() as connection:
             rows = connection.execute(query.order_by(night.day, c.name, night.id)).all()
-        return [StoredNight(*row[:5], result=json.loads(row[5])) for row in rows]
+        return [_night_of(row) for row in rows]
+
+    def standings(self, machine: str | None = None) -> list[Standing]:
+        """Return how every machine stands, or one, by name."""
+        night, c, p, d = _nights.c, _machines.c, _proposals.c, _decisions.c
+        own, one = _nights.alias().c, _proposals.alias().c
+        newest = sa.select(own.id).where(own.machine_id == c.id)
+        newest = newest.order_by(own.day.desc(), own.id.desc()).limit(1).scalar_subquery()
+        for_model = (one.machine_id == c.id) & (one.parent_sha256 == c.model_sha256)
+        proposed = sa.select(sa.func.max(one.id)).where(for_model).scalar_subquery()
+        query = (
+            sa.select(
+                *(c.name, c.kind, night.day, night.model_sha256, night.version, night.result),
+                *(p.sha256, d.id),
+            )
+            .select_from(_machines)
+            .outerjoin(_nights, night.id == newest)
+            .outerjoin(_proposals, p.id == proposed)
+            .outerjoin(_decisions, d.proposal_id == p.id)
+            .order_by(c.name)
+        )
+        query = query.where(_alive() if machine is None else c.name == machine)
+        with self._asked() as connection:
+            rows = connection.execute(query).all()
+        return [
+            Standing(
+                *row[:2], _night_of(row) if row[2] else None, row[6] if row[7] is None else None
+            )
+            for row in rows
+        ]
 
     def last_day(self) -> date | None:
         """Return the newest day that has a night, None without any."""
@@ -581,8 +627,12 @@ class Registry:
         with self._asked() as connection:
             return list(_proposals_of(connection, machine).values())
 
-    def decide(self, machine: str, *, accepted: bool, who: str, why: str) -> StoredProposal:
+    def decide(
+        self, machine: str, *, accepted: bool, who: str, why: str, sha256: str = ""
+    ) -> StoredProposal:
         """Accept or reject the newest proposal for the model that a machine has in force.
+
+        With a hash, only if it is still that of the newest one: a person decides on what was seen.
 
         Nothing changes on a machine, nor what is in force here: that is what the machine has.
 
@@ -596,7 +646,7 @@ class Registry:
         with self._asked() as connection:
             every = _proposals_of(connection, machine)
             fits = [i for i, one in every.items() if one.parent_sha256 == known.model_sha256]
-            if not fits:
+            if not fits or (sha256 and every[fits[-1]].sha256 != sha256):
                 raise ConfigurationError("no_proposal", name=machine, place=self._place)
             if not _decided(connection, fits[-1], accepted=accepted, who=who, why=why):
                 raise ConfigurationError("proposal_decided", name=machine, place=self._place)
@@ -759,6 +809,10 @@ class Registry:
         ]
 
 
+def _night_of(row: Sequence[Any]) -> StoredNight:
+    return StoredNight(*row[:5], result=json.loads(row[5]))
+
+
 _TO_FETCH = frozenset({ProposalState.ACCEPTED, ProposalState.FETCHED})
 _DECIDED = {
     None: ProposalState.OPEN,
@@ -795,7 +849,7 @@ def _proposals_of(
     query = (
         sa.select(
             *(c.id, m.name, c.sha256, c.parent_sha256, c.day, c.content),
-            *(d.accepted, d.who, d.why),
+            *(d.accepted, d.who, d.why, d.added_utc),
         )
         .select_from(joined.outerjoin(_decisions, d.proposal_id == c.id))
         .where(own)
@@ -815,7 +869,10 @@ def _proposals_of(
         for step in _STEPS:
             state = step if step in reached else state
         found[row.id] = StoredProposal(
-            *row[1:], state=state, withdrawn=reached.get(ProposalState.WITHDRAWN)
+            *row[1:-1],
+            state=state,
+            withdrawn=reached.get(ProposalState.WITHDRAWN),
+            decided_utc=None if row[-1] is None else _utc(row[-1]),
         )
     return found
 

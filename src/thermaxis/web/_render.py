@@ -16,7 +16,9 @@ LOCALES = {"en": "en-GB"}
 """Where times and numbers need more than the language: 20/11/2026, and 24 hours."""
 _PACKAGE = Path(__file__).parents[1]
 _TEMPLATES = Environment(
-    loader=FileSystemLoader([_PACKAGE / name / "pages" for name in ("web", "app", "screen")]),
+    loader=FileSystemLoader(
+        [_PACKAGE / name / "pages" for name in ("web", "app", "screen", "board")]
+    ),
     autoescape=True,
     undefined=StrictUndefined,
     trim_blocks=True,

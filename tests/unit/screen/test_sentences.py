@@ -11,8 +11,10 @@ from tests.unit.screen.feed_parts import text_of
 from tests.unit.screen.page_script import said_by
 from tests.unit.screen.stand import Somebody
 from thermaxis.app.axis._forms import forms
+from thermaxis.board import Need
 from thermaxis.codes import Message
 from thermaxis.files.settings import HEADER_GROUPS
+from thermaxis.fleet import NightOutcome
 from thermaxis.messages import (
     ISOLATE,
     LANGUAGES,
@@ -40,7 +42,7 @@ PAGES = ("operator", "model", "sensors", "history", "probe", "positioning", "the
 
 HEADLINES = [key.removeprefix("headline-") for key in keys("en") if key.startswith("headline-")]
 COMPOSED = {
-    "common-page_": PAGES,
+    "common-page_": (*PAGES, "fleet"),
     "common-language_": LANGUAGES,
     "history-length_": ("1h", "8h", "1d", "7d", "30d", "all"),
     "positioning-": ("head", "limits", "budget"),
@@ -75,6 +77,10 @@ COMPOSED = {
     "operator-": ("critical", "high", "medium", "low"),
     "operator-look_": [look for look in HEADLINES if f"operator-look_{look}" in keys("en")],
     "common-role_": tuple(Role),
+    "fleet-need_": tuple(Need),
+    "fleet-do_": ("set_aside", "proposal"),
+    "fleet-outcome_": (*NightOutcome, "none"),
+    "fleet-mark_": ("model", "proposed", "accepted", "rejected"),
 }
 """Keys that are put together at run time: their beginnings, and how they end."""
 KINDS = (
@@ -83,6 +89,7 @@ KINDS = (
     "chart",
     "common",
     "feed",
+    "fleet",
     "form",
     "history",
     "login",
@@ -97,7 +104,7 @@ KEY = re.compile(r"""["'`]([a-z]+-[a-z0-9_]*)["'`]""")
 SAID = re.compile(r"""\bword\(\s*["'`]([a-z]+-[a-z0-9_]*)["'`]""")
 FILES = [
     path
-    for name in ("app", "screen", "web")
+    for name in ("app", "board", "screen", "web")
     for path in (STATIC.parents[1] / name).rglob("*")
     if path.suffix in {".py", ".html", ".js"}
 ]

@@ -4,6 +4,7 @@ REGISTRY is a file of SQLite or the URL of a PostgreSQL database. Nothing is wri
 """
 
 import argparse
+import asyncio
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
@@ -129,6 +130,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "configuration MACHINE.toml",
     )
     add_json(fetched)
+    _add_page(action("page", "serve the morning board"))
+
+
+def _add_page(page: argparse.ArgumentParser) -> None:
+    add = adder(page)
+    add(
+        "--users FILE",
+        "users, as thermaxis user writes them: engineers decide on proposals (default: the page"
+        " shows, and nobody decides)",
+        Path,
+    )
+    add("--address ADDRESS", "where it is served (default: 127.0.0.1)", default="127.0.0.1")
+    add("--port N", "port; 0 takes a free one (default: 8470)", count("port", 0), default=8470)
+    add("--host NAME", "further name by which browsers reach it; more than once", many=True)
+    add("--certificate FILE", "certificate for TLS, needed beyond this computer", Path)
+    add("--private-key FILE", "its key; mode 0600", Path)
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -151,7 +168,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     actions = {"add": _add, "night": _night, "show": _show, "machine": _machine}
     actions |= {"accept": _decide, "reject": _decide, "fetch": _fetch}
-    actions |= {"withdraw": _withdraw, "rollback": _roll_back, "collect": _collect}
+    actions |= {"withdraw": _withdraw, "rollback": _roll_back, "collect": _collect, "page": _page}
     with fleet.Registry(*address) as registry:
         return actions[arguments.action](arguments, registry)
 
@@ -464,6 +481,20 @@ def _fetch(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     parts = [*said, *values_of(found, *keys), *messages_of("remarks", found.remarks, "remark")]
     show(parts, arguments.json)
     return 1 if found.remarks else 0
+
+
+def _page(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    """Serve the board until ended."""
+    from thermaxis.board import board_settings, serve_board  # noqa: PLC0415 - a web server
+
+    def tell(address: str) -> None:
+        sys.stdout.write(f"fleet: {address}\n")
+        sys.stdout.flush()
+
+    served = ("address", "port", "host", "certificate", "private_key")
+    settings = board_settings(*(getattr(arguments, name) for name in served))
+    asyncio.run(serve_board(registry, settings, tell, arguments.users))
+    return 0
 
 
 def _outputs(night: fleet.StoredNight) -> Mapping[str, Mapping[str, Any]]:

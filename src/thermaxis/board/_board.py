@@ -1,0 +1,87 @@
+"""What the board shows: who needs a look, and why, before the others."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from enum import StrEnum
+from typing import Any, Final, cast, final
+
+from thermaxis.codes import Message, value_of_json
+from thermaxis.fleet import NightOutcome, Standing, StoredNight
+
+MOST_LINES: Final = 200
+"""Machines of a list that are shown at once; more are found by kind and name. [1]"""
+
+
+@final
+class Need(StrEnum):
+    """Why a machine needs a look, the gravest first."""
+
+    SET_ASIDE = "set_aside"
+    """Its night failed twice."""
+    SENSORS = "sensors"
+    """Sensors of its model are not to be believed."""
+    PROPOSAL = "proposal"
+    """A proposal waits for a decision."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A machine on the board."""
+
+    machine: str
+    """Its name."""
+    kind: str
+    """Its kind."""
+    day: date | None
+    """Day of its newest night; None without any."""
+    outcome: str
+    """What became of that night."""
+    needs: Mapping[Need, tuple[Message, ...]]
+    """Why it needs a look, with what was found; empty where it needs none."""
+    worst: Mapping[str, Any]
+    """Figures of the output that the model leaves most of."""
+    proposed_sha256: str | None
+    """Hash of the proposal that waits for a decision."""
+
+
+def lines_of(standings: Sequence[Standing]) -> list[Line]:
+    """Return the machines as the board shows them: who needs a look, the gravest first; by name."""
+    lines = [_line(one) for one in standings]
+    order = list(Need)
+    return sorted(lines, key=lambda line: min(map(order.index, line.needs), default=len(order)))
+
+
+def _line(standing: Standing) -> Line:
+    night = standing.night
+    needs: dict[Need, tuple[Message, ...]] = {}
+    if night is not None and night.result["outcome"] == NightOutcome.SET_ASIDE:
+        needs[Need.SET_ASIDE] = messages_of(night, "remark_codes")
+    if night is not None and night.result["sensor_codes"]:
+        needs[Need.SENSORS] = messages_of(night, "sensor_codes")
+    if standing.proposed_sha256:
+        why = () if night is None else messages_of(night, "relearn_codes")
+        needs[Need.PROPOSAL] = why
+    return Line(
+        machine=standing.machine,
+        kind=standing.kind,
+        day=None if night is None else night.day,
+        outcome="none" if night is None else str(night.result["outcome"]),
+        needs=needs,
+        worst={} if night is None else worst_of(night),
+        proposed_sha256=standing.proposed_sha256,
+    )
+
+
+def messages_of(night: StoredNight, key: str) -> tuple[Message, ...]:
+    """Return messages of a night."""
+    found = value_of_json(night.result[key])
+    return tuple(one for one in cast("tuple[object, ...]", found) if isinstance(one, Message))
+
+
+def worst_of(night: StoredNight) -> Mapping[str, Any]:
+    """Return the figures of the output that the model leaves most of; none without any."""
+    outputs = cast("Mapping[str, Mapping[str, Any]]", night.result["outputs"])
+    none: Mapping[str, Any] = {}
+    return max(outputs.values(), key=lambda one: float(one["rmse_um"]), default=none)

@@ -1,0 +1,196 @@
+"""The board, the story of a machine, and what a person decides on a proposal."""
+
+from collections.abc import Mapping, Sequence
+from datetime import date
+from http import HTTPStatus
+from typing import Any, cast
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from thermaxis.board._board import MOST_LINES, Line, lines_of, messages_of, worst_of
+from thermaxis.board._parts import parts_of
+from thermaxis.codes import Message, printable
+from thermaxis.errors import ConfigurationError
+from thermaxis.fleet import Registry, StoredModel, StoredNight, StoredProposal
+from thermaxis.messages import remedy_of, sentence, sentence_of
+from thermaxis.runtime import Role
+from thermaxis.screen.access import needs, render, visitor_of
+from thermaxis.web import RefusedError, answer_json, for_script, object_of
+
+MOST_NIGHTS = 400
+"""Nights of a machine that stand in the table; the chart has all. [1]"""
+_LONGEST_WHY = 1000
+_HASH = 12
+
+
+def routes() -> list[BaseRoute]:
+    """Return the routes of the pages."""
+    return [
+        Route("/", _board, methods=["GET"]),
+        Route("/machine", _machine, methods=["GET"]),
+        Route("/model", _model, methods=["GET"]),
+        Route("/decide", _decide, methods=["POST"]),
+    ]
+
+
+@needs(Role.VIEWER, page=True)
+async def _board(request: Request) -> Response:
+    kind, text = (request.query_params.get(name, "") for name in ("kind", "text"))
+    lines = await parts_of(request).asked(lambda registry: lines_of(registry.standings()))
+    kinds = sorted({line.kind for line in lines})
+    days = [line.day for line in lines if line.day is not None]
+    chosen = [
+        line
+        for line in lines
+        if (not kind or line.kind == kind) and text.lower() in line.machine.lower()
+    ]
+    named = [line for line in chosen if line.needs]
+    quiet = chosen[len(named) :]
+    return render(
+        request,
+        "board.html",
+        page="fleet",
+        here=_here(request),
+        day=max(days, default=None),
+        lists=[(True, named[:MOST_LINES], len(named)), (False, quiet[:MOST_LINES], len(quiet))],
+        all=len(lines),
+        kinds=kinds,
+        kind=kind,
+        text=text,
+        **_words(request),
+    )
+
+
+@needs(Role.VIEWER, page=True)
+async def _machine(request: Request) -> Response:
+    name = request.query_params.get("name", "")
+
+    def read(registry: Registry) -> tuple[list[Line], *tuple[Any, ...]]:
+        lines = lines_of(registry.standings(name))
+        nights = registry.nights(machine=name)
+        return lines, nights, registry.models(name), registry.proposals(name)
+
+    lines, nights, models, proposals = await parts_of(request).asked(read)
+    if not lines:
+        raise RefusedError(HTTPStatus.NOT_FOUND, "fleet-no_machine")
+    (line,) = lines
+    latest = {night.day: night for night in nights}
+    visitor = visitor_of(request)
+    return render(
+        request,
+        "machine.html",
+        page="fleet",
+        here=_here(request),
+        line=line,
+        proposal=next((p for p in proposals if p.sha256 == line.proposed_sha256), None),
+        proposals=proposals[::-1],
+        models=models[::-1],
+        nights=list(latest.values())[: -MOST_NIGHTS - 1 : -1],
+        decides=visitor.person is not None and visitor.role.at_least(Role.ENGINEER),
+        story=for_script(_story(latest, models, proposals, visitor.language)),
+        worst_of=worst_of,
+        messages_of=messages_of,
+        **_words(request),
+    )
+
+
+def _here(request: Request) -> str:
+    return request.url.path + (f"?{request.url.query}" if request.url.query else "")
+
+
+def _words(request: Request) -> dict[str, object]:
+    """Return what makes sentences of messages in a page's language."""
+    language = visitor_of(request).language
+
+    def said(message: Message) -> str:
+        return sentence_of(message, language=language)
+
+    def remedy(message: Message) -> str:
+        return remedy_of(message, language=language)
+
+    return {"said": said, "remedy": remedy}
+
+
+def _story(
+    nights: Mapping[date, StoredNight],
+    models: Sequence[StoredModel],
+    proposals: Sequence[StoredProposal],
+    language: str,
+) -> dict[str, object]:
+    """Return what the charts show: figures by output over the nights, and what happened."""
+    outputs: dict[str, list[tuple[str, Mapping[str, Any]]]] = {}
+    for day, night in nights.items():
+        some = cast("Mapping[str, Mapping[str, Any]]", night.result["outputs"])
+        for name, figures in some.items():
+            outputs.setdefault(name, []).append((_noon(day), figures))
+    marks = [
+        *(_mark(m.added_utc.isoformat(), "model", language, m.sha256, why=m.why) for m in models),
+        *(_mark(_noon(p.day), "proposed", language, p.sha256) for p in proposals),
+        *(
+            _mark(p.decided_utc.isoformat(), key, language, p.sha256, who=p.who, why=p.why)
+            for p in proposals
+            if p.decided_utc is not None
+            for key in ["accepted" if p.accepted else "rejected"]
+        ),
+    ]
+    return {
+        "outputs": {
+            name: {
+                "t": [time for time, _ in some],
+                **{
+                    key: [figures[f"{key}_um"] for _, figures in some]
+                    for key in ("rmse", "mean", "offset_mae")
+                },
+            }
+            for name, some in outputs.items()
+        },
+        "marks": marks,
+    }
+
+
+def _noon(day: date) -> str:
+    return f"{day.isoformat()}T12:00:00Z"
+
+
+def _mark(time: str, key: str, language: str, sha256: str, **values: str | None) -> dict[str, str]:
+    short = {"sha256": sha256[:_HASH], **values}
+    text = sentence(f"fleet-mark_{key}", short, language=language)
+    return {"x": time, "text": text, "kind": "request" if values.get("who") else ""}
+
+
+@needs(Role.VIEWER)
+async def _model(request: Request) -> Response:
+    """Return an accepted model as the file that a machine's folder of models takes."""
+    name, sha256 = (request.query_params.get(key, "") for key in ("name", "sha256"))
+    proposals = await parts_of(request).asked(lambda registry: registry.proposals(name))
+    found = [one for one in proposals if one.accepted and one.sha256 == sha256]
+    if not found:
+        raise RefusedError(HTTPStatus.NOT_FOUND, "fleet-no_model")
+    headers = {"Content-Disposition": f'attachment; filename="model-{sha256[:_HASH]}.json"'}
+    return Response(found[0].content, media_type="application/json", headers=headers)
+
+
+@needs(Role.ENGINEER, named=True)
+async def _decide(request: Request) -> Response:
+    """Store what a person decides on the proposal that was seen, by the code of `fleet accept`."""
+    asked = await object_of(request)
+    machine, sha256, why = (asked.get(key) for key in ("machine", "sha256", "why"))
+    accepted, who = asked.get("accepted"), visitor_of(request).name
+    if not (isinstance(accepted, bool) and isinstance(machine, str) and isinstance(sha256, str)):
+        raise RefusedError(HTTPStatus.BAD_REQUEST, "fleet-no_decision")
+    reason = printable(why.strip(), _LONGEST_WHY) if isinstance(why, str) else ""
+    if not (reason and sha256):
+        raise RefusedError(HTTPStatus.BAD_REQUEST, "fleet-no_why")
+
+    def decide(registry: Registry) -> bool:
+        try:
+            registry.decide(machine, accepted=accepted, who=who, why=reason, sha256=sha256)
+        except ConfigurationError:
+            return False
+        return True
+
+    if not await parts_of(request).asked(decide):
+        raise RefusedError(HTTPStatus.CONFLICT, "fleet-decided_before")
+    return answer_json({})
