@@ -364,7 +364,7 @@ def cycle(
 
 def _numbers(row: Sequence[object] | None, count: int) -> tuple[float | None, ...]:
     """Return so many numbers, None for each that is lacking or none."""
-    return tuple(number(one, LARGEST_RULE) for one in (*(row or ()), *(None,) * count))[:count]
+    return (*[number(one, LARGEST_RULE) for one in row or ()], *(None,) * count)[:count]
 
 
 def _finite(value: float) -> float:

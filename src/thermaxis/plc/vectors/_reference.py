@@ -97,6 +97,8 @@ class CycleBlock:
         shown = {name: replace(own, acts=False) for name, own in touches.items()}
         self._only_shown = replace(settings.compensation, touches=shown)
         self._values: dict[str, Any] = {}
+        ends_s = (settings.shortest_cycle_s, settings.longest_cycle_s)
+        self._ends_s = [rounded(end_s, double=settings.double) for end_s in ends_s]
         self._totals_um = tuple(bounds.total_um for bounds in settings.compensation.bounds)
         if line is not None:  # in exact fractions, which take their time
             self._weights, self._most = line.weights(), line.bounds(self._totals_um)
@@ -146,7 +148,8 @@ class CycleBlock:
         if told["init"]:
             self._switch_on()
         if not self.settings.double:
-            told = {name: _in_real(value) for name, value in told.items()}
+            numbers = {n: rounded(v, double=False) for n, v in told.items() if isinstance(v, float)}
+            told = {**told, **numbers}
         if self._line is not None:
             return self._line_call(self._line, told)
         said = self._call(told)
@@ -199,8 +202,7 @@ class CycleBlock:
         settings, compensation = self.settings, self.settings.compensation
         if not told.get("touches_act", True):
             compensation = self._only_shown
-        ends_s = (settings.shortest_cycle_s, settings.longest_cycle_s)
-        shortest_s, longest_s = (rounded(s, double=settings.double) for s in ends_s)
+        shortest_s, longest_s = self._ends_s
         cycle_time_s: float = told["cycle_time_s"]
         gap = self._good_calls > 0 and cycle_time_s > compensation.model.longest_gap_s
         in_time = shortest_s <= cycle_time_s <= longest_s
@@ -268,9 +270,9 @@ class CycleBlock:
             values = dict(zip(model.channels, thermal.value, strict=True))
             thermal, _ = model_step(model, thermal, Reading(time_s + steps * cycle_s, values))
             steps += 1
-        # To everything else no time has passed.
-        made_up = shifted(self._state._replace(thermal=thermal), (1 - steps) * cycle_s)
-        self._state = self._state._replace(thermal=made_up.thermal)
+        if steps > 1:  # to everything else no time has passed
+            made_up = shifted(self._state._replace(thermal=thermal), (1 - steps) * cycle_s)
+            self._state = self._state._replace(thermal=made_up.thermal)
 
     def _requests(self, told: Mapping[str, Any]) -> Iterator[Request]:
         reset, enable, hold = self._levels
