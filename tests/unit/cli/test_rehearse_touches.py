@@ -10,7 +10,7 @@ from tests.refusals import refused
 from thermaxis.cli import build_parser, main
 from thermaxis.cli.machine import rehearse
 
-LARGEST_UM, RATE_UM_PER_S, CYCLE_S = 12.0, 0.05, 1.9
+LARGEST_UM, RATE_UM_PER_S, CYCLE_S = 12.0, 0.05, 3.8
 PROBE = f"""\
 [probe.Z_um]
 node = "nsu=urn:thermaxis:lathe;s=touch_um"

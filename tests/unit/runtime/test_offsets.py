@@ -473,7 +473,7 @@ def test_an_offset_has_moved_by_itself_when_it_is_outside_of_all_that_was_writte
     assert steps.state.mismatches == ()
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(
     late_s=st.floats(0.05, 1.5),
     sampled=st.booleans(),
@@ -501,7 +501,7 @@ def test_a_control_that_takes_offsets_over_late_is_never_taken_for_another_write
     assert shift.furthest_um > 10.0
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(
     late_s=st.floats(0.05, 2.0),
     sampled=st.booleans(),
