@@ -46,3 +46,4 @@ from ._registry import (
 )
 from ._shipping import Shipment as Shipment, ship as ship
 from ._signs import Sign as Sign, SignKind as SignKind
+from ._sisters import LEAST_SISTERS as LEAST_SISTERS, sister_model as sister_model

@@ -79,6 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         many=True,
     )
     add("--why TEXT", "why this model (default: added)", default="added")
+    add("--from-sisters", "write MODEL first, a new file: the median of the kind's models", bool)
     add("--renames OLD", "the machine was called so; or it is that one, too, and both are one")
     collected = action("collect", "store positioning runs of machines' axes, each once")
     add = adder(collected)
@@ -174,6 +175,15 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _add(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    if arguments.from_sisters:
+        if arguments.model.exists():
+            raise ConfigurationError("file_exists", place=Place(str(arguments.model)))
+        sisters = {
+            one.name: parse_model(one.model, name=one.name)
+            for one in registry.machines()
+            if one.kind == arguments.kind and one.name != arguments.machine
+        }
+        write_model(fleet.sister_model(sisters), arguments.model)
     model = read_model(arguments.model)
     channels: dict[str, str] = dict(arguments.channel)
     known = [*model.channels, *(output.name for output in model.outputs)]

@@ -1,0 +1,97 @@
+"""A new machine starts from the median of its sisters' models, beside machines that are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.refusals import refused
+from tests.unit.fleet.fleet_machines import model_of
+from thermaxis.cli import main
+from thermaxis.compensation import CompensationModel, Output, Part, Section
+from thermaxis.files import read_model, write_model
+from thermaxis.fleet import sister_model
+
+STEP_S = 300.0
+GAINS, LAGS_S = (10.0, 6.0), (1200.0, 9000.0)
+SPREAD, IDENTIFIED = 0.2, 0.1
+"""Standard deviation of what machines of a kind differ by, and of what is identified of each."""
+
+
+def machine(gains: np.ndarray, lags_s: np.ndarray, name: str = "Z_um") -> CompensationModel:
+    sections = tuple(map(Section, gains.tolist(), lags_s.tolist()))
+    part = Part("spindle", "T_spindle_C", "T_column_C", sections=sections)
+    return CompensationModel(outputs=(Output(name, (part,)),))
+
+
+def spread(random: np.random.Generator, model: CompensationModel, by: float) -> CompensationModel:
+    (part,) = model.outputs[0].parts
+    gains, lags_s = (
+        np.array([getattr(s, key) for s in part.sections]) * np.exp(random.normal(0.0, by, 2))
+        for key in ("gain_um_per_k", "time_constant_s")
+    )
+    return machine(gains, lags_s)
+
+
+def moved_um(model: CompensationModel, heat_k: np.ndarray) -> np.ndarray:
+    """Return the free run, worked out step by step."""
+    found = np.zeros(heat_k.size)
+    for section in model.outputs[0].parts[0].sections:
+        state, alpha = 0.0, 1.0 - np.exp(-STEP_S / section.time_constant_s)
+        for k, heat in enumerate(heat_k):
+            state += alpha * (heat - state)
+            found[k] += section.gain_um_per_k * state
+    return found
+
+
+def test_the_median_leaves_less_than_a_sister_does_even_where_one_sister_is_wrong() -> None:
+    random = np.random.default_rng(22)
+    kind = machine(np.array(GAINS), np.array(LAGS_S))
+    heat_k = np.repeat(random.uniform(0.0, 10.0, 24), 12)
+    sisters = [spread(random, spread(random, kind, SPREAD), IDENTIFIED) for _ in range(12)]
+    (part,) = sisters[3].outputs[0].parts
+    wrong = tuple(replace(s, gain_um_per_k=3.0 * s.gain_um_per_k) for s in part.sections)
+    sisters[3] = replace(kind, outputs=(Output("Z_um", (replace(part, sections=wrong),)),))
+    start = sister_model({f"M{k}": one for k, one in enumerate(sisters)})
+    ran = np.array([moved_um(one, heat_k) for one in [*sisters, start]])
+    new = [moved_um(spread(random, kind, SPREAD), heat_k) for _ in range(60)]
+    left = np.mean([np.sqrt(np.mean((ran - true) ** 2, axis=1)) for true in new], axis=0)
+    by_sister, by_median = left[:-1], left[-1]
+    least = np.mean([np.sqrt(np.mean((moved_um(kind, heat_k) - true) ** 2)) for true in new])
+    assert by_median < 0.8 * np.median(by_sister)
+    assert by_median < np.min(by_sister)
+    assert by_median < 1.1 * least
+
+
+def test_the_median_of_equal_models_is_that_model_and_says_what_it_is() -> None:
+    kind = machine(np.array(GAINS), np.array(LAGS_S))
+    one = sister_model({"A": kind, "B": kind, "C": kind})
+    (part,) = one.outputs[0].parts
+    for found, true in zip(part.sections, kind.outputs[0].parts[0].sections, strict=True):
+        assert found.gain_um_per_k == pytest.approx(true.gain_um_per_k, rel=1e-6)
+        assert found.time_constant_s == pytest.approx(true.time_constant_s)
+    assert part.direct_gain_um_per_k == 0.0
+    assert "A, B, C" in one.provenance.method
+
+
+def test_machines_that_are_built_differently_or_too_few_have_no_median() -> None:
+    one, other = model_of(), machine(np.array(GAINS), np.array(LAGS_S), "Y_um")
+    with refused("too_few_sisters", count=2):
+        sister_model({"A": one, "B": one})
+    with refused("sisters_differ", name="C", other="A"):
+        sister_model({"A": one, "B": one, "C": other})
+
+
+def test_a_new_machine_is_added_with_a_model_that_is_written(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lake").mkdir()
+    assert main(["fleet", "init", "r.db", "lake"]) == 0
+    new = ["fleet", "add", "r.db", "new", "new.json", "--kind", "mill", "--from-sisters"]
+    for k, gain in enumerate((7.0, 8.0, 12.0)):
+        assert main(new) == 2
+        assert f"has {k} other machines" in capsys.readouterr().err
+        write_model(model_of(gain), "m.json")
+        assert main(["fleet", "add", "r.db", f"M{k}", "m.json", "--kind", "mill"]) == 0
+    assert main(new) == 0
+    assert read_model("new.json").outputs[0].parts[0].dc_gain_um_per_k == pytest.approx(8.0)
+    assert main(new) == 2  # no file is written over
