@@ -66,21 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     init = action("init", "make a registry, or bring an older one to this version")
     adder(init)("lake LAKE", "folder to which machines ship, or a URL of fsspec")
-    added = action("add", "add a machine, or give one another model")
-    add = adder(added)
-    add("machine MACHINE", "its name, as in the lake")
-    add("model MODEL", "its model in force (JSON)", Path)
-    add("--kind KIND", "machines of one kind are sisters (default: machine)", default="machine")
-    add(
-        "--channel NAME=COLUMN",
-        "column of its history for a channel of the model, or for the displacement of an output"
-        " (default: of its own name, and probe_OUTPUT); may be given more than once",
-        _pair,
-        many=True,
-    )
-    add("--why TEXT", "why this model (default: added)", default="added")
-    add("--from-sisters", "write MODEL first, a new file: the median of the kind's models", bool)
-    add("--renames OLD", "the machine was called so; or it is that one, too, and both are one")
+    _add_machine(action("add", "add a machine, or give one another model"))
     collected = action("collect", "store positioning runs of machines' axes, each once")
     add = adder(collected)
     add("runs RUN", "measured runs, or folders of them", Path, nargs="+")
@@ -132,6 +118,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_json(fetched)
     _add_page(action("page", "serve the morning board"))
+
+
+def _add_machine(added: argparse.ArgumentParser) -> None:
+    add = adder(added)
+    add("machine MACHINE", "its name, as in the lake")
+    add("model MODEL", "its model in force (JSON)", Path)
+    add("--kind KIND", "machines of one kind are sisters (default: machine)", default="machine")
+    add(
+        "--channel NAME=COLUMN",
+        "column of its history for a channel of the model, or for the displacement of an output"
+        " (default: of its own name, and probe_OUTPUT); may be given more than once",
+        _pair,
+        many=True,
+    )
+    add("--why TEXT", "why this model (default: added)", default="added")
+    add("--from-sisters", "write MODEL first, a new file: the median of the kind's models", bool)
+    add("--renames OLD", "the machine was called so; or it is that one, too, and both are one")
 
 
 def _add_page(page: argparse.ArgumentParser) -> None:
