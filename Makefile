@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev demo test system commands timed check lint format bench
+.PHONY: help setup setup-dev demo demo-fleet test system commands timed check lint format bench
 
 # Tests run side by side: threads inside each would only get in each other's way. One program more
 # than two cores have, because some tests wait for others; those by the clock mostly wait.
@@ -14,6 +14,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 help:
 	@echo "make demo    set everything up and evaluate the example run"
+	@echo "make demo-fleet  40 machines with planted faults, looked after for four nights (OPEN=1: the page)"
 	@echo "make test    set everything up and run the tests"
 	@echo "make setup   the environment alone: .venv/bin/thermaxis"
 	@echo "make check   format, lint, types, import contracts, tests"
@@ -31,7 +32,7 @@ $(VENV)/.setup: $(VENV)/.made pyproject.toml constraints.txt
 
 $(VENV)/.setup-dev: $(VENV)/.made pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
-	@touch $(VENV)/.setup $@
+	@touch $(VENV)/.setup $(VENV)/.setup-fleet $@
 
 setup: $(VENV)/.setup
 
@@ -43,6 +44,15 @@ demo: setup
 		--limits examples/limits.toml --report demo/certificate.pdf --report demo/certificate.html \
 		--figures demo/figures --json demo/results.json
 	@echo "The certificate is demo/certificate.pdf; the same as a page: demo/certificate.html"
+
+$(VENV)/.setup-fleet: $(VENV)/.setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[screen,fleet]'
+	@touch $@
+
+demo-fleet: export OMP_NUM_THREADS = 1
+demo-fleet: $(VENV)/.setup-fleet
+	$(BIN)/python -m benchmarks.demo_fleet demo-fleet
+	$(if $(OPEN),$(BIN)/thermaxis fleet page demo-fleet/registry.db)
 
 test: setup-dev
 	$(BIN)/python -m pytest -m "not system" --ignore tests/system -n $(WORKERS) --dist loadfile -q
