@@ -97,6 +97,13 @@ def test_too_few_touches_promise_nothing() -> None:
     assert not said(found) & WRONG, "nor do they condemn"
 
 
+def test_as_few_touches_as_numbers_tell_neither_noise_nor_gains() -> None:
+    (found,) = identify(records(touched(3, hours=10.0))).outputs
+    assert found.noise_std_um is None
+    assert all(one.dc_gain is None and one.direct_gain is None for one in found.std)
+    assert "warning-dc_gains_not_supported" in said(found)
+
+
 def test_dc_gains_from_touches_lie_within_their_intervals() -> None:
     true = machine("direct").dc_gain
     (found,) = identify(records(touched(0))).outputs

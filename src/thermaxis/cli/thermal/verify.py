@@ -370,7 +370,7 @@ def _touched(result: thermal.Verification) -> list[Part]:
             words=1,
         ),
         *(
-            f"{name}: for a standard uncertainty of at most {f.wanted_um:g} um {_interval(s)}"
+            f"{name}: for a standard uncertainty of at most {f.wanted_um:g} um {_interval(f, s)}"
             for name, f in found.items()
             if (s := _likely(f)[2]) is not None
         ),
@@ -380,21 +380,25 @@ def _touched(result: thermal.Verification) -> list[Part]:
 def _likely(
     figures: thermal.TouchFigures,
 ) -> tuple[float, float, float] | tuple[None, None, None]:
-    """Return the likeliest drift and discrepancy, and how often to touch with them."""
+    """Return the likeliest drift and discrepancy, and how often to touch, as far as is told."""
     if (rules := figures.likely) is None:
         return None, None, None
     interval_s = thermal.touch_interval_s(rules, figures.wanted_um)
+    if interval_s < math.inf:
+        interval_s = min(interval_s, figures.told_s)
     return rules.drift_um_per_root_h, rules.discrepancy_um, interval_s
 
 
-def _interval(interval_s: float) -> str:
+def _interval(figures: thermal.TouchFigures, interval_s: float) -> str:
     """Return how often to touch, in words."""
     if interval_s < 60.0:
         return "no touches are enough: what the model leaves anew at each is more"
     if interval_s == math.inf:
         return "no touches are needed"
     hours = interval_s / 3600.0
-    return f"touch every {hours:.0f} h" if hours >= 10.0 else f"touch every {60.0 * hours:.0f} min"
+    often = f"{hours:.0f} h" if hours >= 10.0 else f"{60.0 * hours:.0f} min"
+    longer = " or less often" if interval_s == figures.told_s else ""
+    return f"touch every {often}{longer}"
 
 
 def _etve(log: thermal.VerifiedLog) -> str:

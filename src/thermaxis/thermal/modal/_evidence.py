@@ -61,6 +61,10 @@ def factored(precision: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.cholesky(raised), dtype=np.float64)
 
 
+MOST_LOG_GAIN = 14.0
+"""The largest logarithm of a gain's size that is tried: gains that have it explain all. [1]"""
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class Sizes:
@@ -437,7 +441,9 @@ def most_likely_sizes(
     start = np.array([4.0, 5.0, middle, 1.0, *[OFF] * 4, *[0.0] * free])
     steps = np.array([1.5, 1.5, 0.7, 1.5, *[2.0] * 4, *[2.0] * free])
     low = np.array([-6.0, -8.0, middle - MOST_LOG_CHANGE, -8.0, *[-8.0] * 4, *[AT_REST] * free])
-    high = np.array([14.0, 14.0, middle + MOST_LOG_CHANGE, 12.0, *[20.0] * 4, *[12.0] * free])
+    high = np.array(
+        [MOST_LOG_GAIN, 14.0, middle + MOST_LOG_CHANGE, 12.0, *[20.0] * 4, *[12.0] * free]
+    )
     joint = cache(partial(design.joint, weighing=design.weighing()))
 
     @cache

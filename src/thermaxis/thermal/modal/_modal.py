@@ -42,6 +42,7 @@ from thermaxis.thermal.modal._average import (
 from thermaxis.thermal.modal._delays import LONGEST_DELAY_S, likely_delays
 from thermaxis.thermal.modal._evidence import (
     AT_REST,
+    MOST_LOG_GAIN,
     Design,
     Hyperprior,
     Scales,
@@ -90,6 +91,8 @@ LARGEST_LOG_STD = 0.4
 """Standard deviation of a time constant's logarithm beyond which it is not supported. [1]"""
 AGAINST = 10.0
 """Logarithm of how much less likely given lags make a record that speaks against them. [1]"""
+FEWEST_READINGS = 2
+"""Fewer for each number of the model tell no noise. [1]"""
 _ROUNDS = 3
 MOST_GIVEN, LONGEST_S = 6, 1e7
 """Time constants that are given for one input, at most [1], and the longest. [s]"""
@@ -201,9 +204,10 @@ class ModalResult:
     """The model, without an offset: at the reference of its inputs it says zero."""
     std: tuple[PartStd, ...]
     """Standard deviations, one per part."""
-    noise_std_um: float
-    """White noise of one reading of the displacement, standard deviation. [µm]"""
-    slow_noise_std_um: float
+    noise_std_um: float | None
+    """White noise of one reading of the displacement, standard deviation; None, as the next, where
+    fewer than two readings for each number of the model cannot tell. [µm]"""
+    slow_noise_std_um: float | None
     """Slow drift that no input explains, standard deviation. [µm]"""
     slow_noise_correlation_s: float
     """Time in which the drift's correlation falls to 1/e. [s]"""
@@ -705,6 +709,8 @@ def _result(
     acting = np.ones(gains.shape, dtype=np.bool_) if problem.acting is None else problem.acting
     units = evidence.scales.y / evidence.scales.u
     scales, delays = evidence.scales, options.delays_s or (0.0,) * len(input_names)
+    few = evidence.design.readings < FEWEST_READINGS * (gains.size + refined.time_constants_s.size)
+    untold = few and evidence.sizes.log_gain >= MOST_LOG_GAIN
     parts: list[ModalPart] = []
     stds: list[PartStd] = []
     for i, name in enumerate(input_names):
@@ -718,7 +724,15 @@ def _result(
         )
         parts.append(part)
         stds.append(
-            _part_std(refined, i, unit, dc_variance, part.dc_gain, evidence, problem.acting)
+            _part_std(
+                refined,
+                i,
+                unit,
+                dc_variance + math.inf if untold else dc_variance,
+                part.dc_gain,
+                evidence,
+                problem.acting,
+            )
         )
     others = _starts_and_offsets(problem, refined, gains)
     zeros = problem.design_at(refined.time_constants_s).zeros
@@ -726,13 +740,13 @@ def _result(
     offsets = scales.y * (at_zero + others[others.size - refined.offsets.size :])
     drift = _probe_drift(problem, refined, np.concatenate([gains.ravel(), others]), scales.y)
     warnings = (*_warnings(evidence, stds), *drift)
-    if against := _lags_against(trials):
-        # Their intervals hold if the lags do.
+    against = _lags_against(trials)
+    if against or untold:  # intervals hold if the lags do, and where something is left
         none = (None,) * max(part.gains.size for part in parts)
         stds = [
             replace(s, direct_gain=None, gains=none[: len(s.gains)], dc_gain=None) for s in stds
         ]
-        warnings = (against, *warnings)
+        warnings = (*([against] if against else []), *warnings)
     model = ThermalModel(tuple(parts))
     rows = float(np.median([s.rows for s in evidence.segments]))
     block_std = scales.y * math.sqrt(refined.variance)
@@ -740,8 +754,8 @@ def _result(
     return ModalResult(
         model=model,
         std=tuple(stds),
-        noise_std_um=block_std * math.sqrt(rows),
-        slow_noise_std_um=block_std * math.sqrt(problem.sizes.noise.ratio),
+        noise_std_um=None if few else block_std * math.sqrt(rows),
+        slow_noise_std_um=None if few else block_std * math.sqrt(problem.sizes.noise.ratio),
         slow_noise_correlation_s=problem.sizes.noise.correlation_s,
         fit_percent=_fit_percent(problem, refined, gains),
         offsets_um=tuple(offsets.tolist()),

@@ -117,6 +117,8 @@ class TouchFigures:
     likeliest, or all where there are few; None where there are few at all."""
     wanted_um: float
     """Standard uncertainty of the tool point that is wanted. [µm]"""
+    told_s: float
+    """From the first touch to the last: of a longer time they tell nothing. [s]"""
 
 
 class _Seen(NamedTuple):
@@ -238,6 +240,7 @@ def touched_run(
         within_two_sigma=float(np.mean(judged)) if judged else None,
         likely=_likeliest(rules, before if len(before) >= _FEWEST else seen),
         wanted_um=plan.wanted_um,
+        told_s=seen[-1].time_s - seen[0].time_s if seen else 0.0,
     )
 
 
