@@ -420,6 +420,29 @@ def test_touches_that_do_not_see_the_correction_end_at_zero_until_acknowledged(
     assert rig.touch() is BELIEVED
 
 
+@pytest.mark.parametrize(
+    ("d_um", "r_um", "ramp_um", "evidence"),
+    [
+        (4.0, 8.0, 0.0, 4.0 * 6.0 / 18.0),
+        (-4.0, -8.0, 0.0, 4.0 * 6.0 / 18.0),
+        (4.0, 8.0, 10.0, 4.0 * 6.0 / 118.0),
+        (4.0, 20.7, 0.0, 4.0 * 18.7 / 18.0),  # 2 D + gate sqrt(S) is 20.73
+        (4.0, 20.8, 0.0, 0.0),  # nor does a wrong sign explain it
+        (-4.0, -20.8, 0.0, 0.0),
+        (4.0, 1.0, 0.0, 0.0),  # for touches that see it
+        (9.0, 27.0, 0.0, 7.5),  # no touch says more
+    ],
+)
+def test_evidence_is_the_logarithm_of_the_likelihood_ratio_within_what_a_wrong_sign_explains(
+    d_um: float, r_um: float, ramp_um: float, evidence: float
+) -> None:
+    rules = replace(SLOW, noise_um=3.0, start_um=1000.0, drift_um_per_root_h=0.01)  # S = 18 um²
+    rules = replace(rules, ramp_um_per_h=100.0 * ramp_um)
+    state, _ = one(OffsetState(), 0.0, 0.0, rules=rules)
+    state, _ = one(state._replace(expected_um=d_um), r_um, 36.0, rules=rules)
+    assert state.evidence == pytest.approx(evidence, rel=1e-4)
+
+
 @pytest.mark.parametrize(("um_per_h", "hours"), [(2.0, 20), (10.0, 17), (-25.0, 7)])
 def test_a_machine_that_drifts_at_a_steady_rate_is_followed_as_far_as_the_limit(
     um_per_h: float, hours: int
