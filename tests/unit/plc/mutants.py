@@ -96,7 +96,7 @@ def _changed(text: str, block: str, span: tuple[int, int], other: str) -> Mutant
 
 
 @lru_cache
-def _courses(library: str = LIBRARY) -> list[tuple[Block, Callable[[], Record]]]:
+def courses(library: str = LIBRARY) -> list[tuple[Block, Callable[[], Record]]]:
     """Return the models with what makes their records: most mutants are noticed by the first."""
     made: list[tuple[Block, Callable[[], Record]]] = []
     for place, (settings, rows, values) in enumerate(
@@ -142,8 +142,8 @@ def unnoticed(mutants: Sequence[Mutant], folder: Path, library: str = LIBRARY) -
 
     A mistake changes no declaration: the blocks are compiled once, with each library linked anew.
     """
-    courses = _courses(library)
-    every = [block for block, _ in courses]
+    tried = courses(library)
+    every = [block for block, _ in tried]
     right = "".join(st_library(name, double=True) for name in dict.fromkeys((LIBRARY, library)))
     texts = [right, *(block.st()[f"{block.name}.st"] for block in every)]
     c, begin = st_as_c(texts, _NAME, apart=True), st_as_c([right], _NAME, apart=True).source
@@ -156,14 +156,14 @@ def unnoticed(mutants: Sequence[Mutant], folder: Path, library: str = LIBRARY) -
     }
     c_written(blocks, folder)
     built(folder, "gcc", *_QUICK, "-c", "driver.c", "blocks.c")
-    return [m.name for k, m in enumerate(mutants) if not _noticed(m, k, folder, courses)]
+    return [m.name for k, m in enumerate(mutants) if not _noticed(m, k, folder, tried)]
 
 
 def _noticed(
     mutant: Mutant,
     number: int,
     folder: Path,
-    courses: Sequence[tuple[Block, Callable[[], Record]]],
+    tried: Sequence[tuple[Block, Callable[[], Record]]],
 ) -> bool:
     source, path = f"{number}.c", folder / f"{number}.so"
     (folder / source).write_text(st_as_c([mutant.text], _NAME, apart=True).source, "ascii")
@@ -171,5 +171,5 @@ def _noticed(
     library = CLibrary(path)
     return any(
         difference(record(), library.run(f"{_NAME}_{block.name}", record()))
-        for block, record in courses
+        for block, record in tried
     )

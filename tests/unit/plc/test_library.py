@@ -26,7 +26,7 @@ from tests.unit.plc.equal_parts import (
     short_record,
     texts_of,
 )
-from tests.unit.plc.mutants import every_mutant, unnoticed
+from tests.unit.plc.mutants import courses, every_mutant, unnoticed
 from tests.unit.plc.plc_scenarios import (
     paper_model,
     quiet_inputs,
@@ -68,6 +68,17 @@ def test_every_text_says_the_same_to_the_last_bit_and_in_lreal_what_the_cycle_sa
         seen.merge(found.seen)
     assert (seen.states, seen.model_qualities) == (set(range(6)), {0, 1, 2})
     assert min(seen.refused, seen.at_limit, seen.weighted, seen.restarts) > 0
+
+
+def test_the_c_text_says_in_every_stated_call_with_touches_what_the_cycle_says(
+    tmp_path: Path,
+) -> None:
+    stated = [one for one in courses(TOUCH) if "stated" in one[0].name]
+    assert len(stated) == 6
+    made = {block.name: c_block(block) for block, _ in stated}
+    library = CLibrary(c_library(made, tmp_path, "-O0"))
+    for block, record in stated:
+        assert difference(record(), library.run(block.name, record())) == ""
 
 
 @pytest.mark.parametrize("compiler", ["clang", "tcc"])

@@ -76,6 +76,8 @@ def ordinary() -> Stated:
     plan += [touch(-60.0), *QUIET * 59, touch(-60.5), *QUIET * 40]
     plan += [touch(60.0), *QUIET * 60, touch(60.5), *QUIET * 5, touch(61.0), *QUIET * 4]
     plan += [touch(30.0), touch(-30.0), touch(90.0), touch(-90.0), *QUIET * 5, touch(-90.0)]
+    for far in (77.0, 84.0, -84.0):  # ten times the limit is 80: no further is believed
+        plan += [touch(far), touch(far), *QUIET * 40, touch(0.0), touch(0.0), *QUIET * 40]
     plan += [touch(0.0, age) for age in (-0.5, math.nan, math.inf, 1e29, 1e31)]
     plan += [touch(9e3), touch(1.1e4), touch(-1.1e4), touch(math.nan), touch(math.inf)]
     return stated(touched_settings(), [*plan, *QUIET * 40])
@@ -101,13 +103,16 @@ def begun_anew() -> Stated:
     return stated(touched_settings(), [*plan, touch(2.0, 2.0, enable=False), *QUIET * 5])
 
 
-def without_effect(**changes: Any) -> Stated:
-    """A probe that shows the correction with the other sign, until that is acknowledged."""
+def without_effect(beyond_um: float = 0.0, **changes: Any) -> Stated:
+    """A probe that shows the correction with the other sign, until that is acknowledged.
+
+    And a little more than twice what the correction has changed by.
+    """
     settings = touched_settings(replace(RULES, start_um=4.0, **changes))
     plan = [*QUIET * 70, touch(2.0)]
     for turn in range(20):
         trim = {"trim_z_um": 4.0 * (-1) ** turn}
-        plan += [touch(2.0, sign=-1.0, **trim), *[trim] * 24]
+        plan += [touch(2.0 + beyond_um * (-1) ** turn, sign=-1.0, **trim), *[trim] * 24]
         if turn == 7:  # what is right between says the contrary, no more than one touch may say
             back = {"trim_z_um": 4.0}
             plan += [touch(-6.0, **trim), back, touch(-6.0, **back), *[trim] * 20]
@@ -139,7 +144,7 @@ def drifting() -> Stated:
 
 def every_touched() -> list[Stated]:
     """Return the rows that are stated call by call, for the mutants of this library."""
-    never = without_effect(ramp_um_per_h=0.0, gate=2.0, acts=False)
+    never = without_effect(2.0, ramp_um_per_h=0.0, gate=2.0, acts=False)
     far = without_effect_far_apart()
     return [ordinary(), begun_anew(), without_effect(), never, far, drifting()]
 
