@@ -165,7 +165,7 @@ async def _model(request: Request) -> Response:
     """Return an accepted model as the file that a machine's folder of models takes."""
     name, sha256 = (request.query_params.get(key, "") for key in ("name", "sha256"))
     proposals = await parts_of(request).asked(lambda registry: registry.proposals(name))
-    found = [one for one in proposals if one.accepted and one.sha256 == sha256]
+    found = [o for o in proposals if o.accepted and not o.withdrawn and o.sha256 == sha256]
     if not found:
         raise RefusedError(HTTPStatus.NOT_FOUND, "fleet-no_model")
     headers = {"Content-Disposition": f'attachment; filename="model-{sha256[:_HASH]}.json"'}

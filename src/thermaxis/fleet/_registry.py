@@ -23,6 +23,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime, timedelta
 from enum import StrEnum
+from operator import attrgetter
 from typing import Any, Final, Self, final
 
 import sqlalchemy as sa
@@ -657,19 +658,8 @@ class Registry:
 
         None, too, where the machine has had it in force.
         """
-        d = _decisions.c
-        query = (
-            sa.select(_proposals.c.id)
-            .join(_decisions, d.proposal_id == _proposals.c.id)
-            .join(_machines, _machines.c.id == _proposals.c.machine_id)
-            .where(_machines.c.name == machine, d.accepted)
-            .order_by(d.id.desc())
-            .limit(1)
-        )
-        with self._asked() as connection:
-            newest = connection.execute(query).scalar_one_or_none()
-            every = _proposals_of(connection, machine)
-        found = None if newest is None else every[newest]
+        accepted = [one for one in self.proposals(machine) if one.accepted]
+        found = max(accepted, key=attrgetter("decided_utc"), default=None)
         return found if found is not None and found.state in _TO_FETCH else None
 
     def fetched(self, machine: str, sha256: str) -> bool:

@@ -69,23 +69,12 @@ def sister_model(sisters: Mapping[str, CompensationModel]) -> CompensationModel:
 
 def _structure(model: CompensationModel) -> object:
     """Return all that medians are not taken of."""
-    bare = [
-        [
-            replace(
-                part,
-                sections=(),
-                direct_gain_um_per_k=0.0,
-                delay_s=0.0,
-                lowest_k=None,
-                highest_k=None,
-                static_gain_um_per_k=None,
-            )
-            for part in output.parts
-        ]
+    parts = [
+        [(p.name, p.plus, p.minus, p.gain_by_diameter, p.tool_gain) for p in output.parts]
         for output in model.outputs
     ]
     names = [output.name for output in model.outputs]
-    return names, bare, model.reference, model.input_filter_s
+    return names, parts, model.reference, model.input_filter_s
 
 
 def _middle(parts: Sequence[Part]) -> Part:

@@ -264,6 +264,13 @@ def test_an_engineer_accepts_what_was_seen_and_the_model_can_be_taken_along(
     words = {"who": "anna", "why": "new spindle", "sha256": PROPOSED[:12]}
     assert sentence("fleet-mark_accepted", words) in said
     assert not any(line.needs for line in lines_of(registry.standings("better")))
+    registry.withdraw("better", who="Eva", why="too cold")
+    page = crew.get("/machine?name=better").text
+    assert sentence("fleet-mark_withdrawn", {**words, "who": "Eva", "why": "too cold"}) in text_of(
+        page
+    )
+    assert "/model?" not in page
+    assert crew.get(model).status_code == 404
 
 
 def test_of_two_people_the_first_one_decides_and_the_second_one_is_told(

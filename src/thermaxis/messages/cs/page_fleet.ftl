@@ -44,6 +44,7 @@ fleet-mark_model = model { $sha256 }: { $why }
 fleet-mark_proposed = navržen model { $sha256 }
 fleet-mark_accepted = { $who }: přijato { $sha256 }: { $why }
 fleet-mark_rejected = { $who }: odmítnuto { $sha256 }: { $why }
+fleet-mark_withdrawn = { $who }: odvoláno { $sha256 }: { $why }
 
 fleet-proposals = Návrhy
 fleet-proposed = Model { $sha256 }, navržený nocí na { $day }

@@ -44,6 +44,7 @@ fleet-mark_model = Modell { $sha256 }: { $why }
 fleet-mark_proposed = Modell { $sha256 } vorgeschlagen
 fleet-mark_accepted = { $who } hat { $sha256 } angenommen: { $why }
 fleet-mark_rejected = { $who } hat { $sha256 } abgelehnt: { $why }
+fleet-mark_withdrawn = { $who } hat { $sha256 } zurückgezogen: { $why }
 
 fleet-proposals = Vorschläge
 fleet-proposed = Modell { $sha256 }, vorgeschlagen von der Nacht zum { $day }

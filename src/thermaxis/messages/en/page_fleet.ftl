@@ -44,6 +44,7 @@ fleet-mark_model = model { $sha256 }: { $why }
 fleet-mark_proposed = model { $sha256 } proposed
 fleet-mark_accepted = { $who } has accepted { $sha256 }: { $why }
 fleet-mark_rejected = { $who } has rejected { $sha256 }: { $why }
+fleet-mark_withdrawn = { $who } has withdrawn { $sha256 }: { $why }
 
 fleet-proposals = Proposals
 fleet-proposed = Model { $sha256 }, proposed by the night of { $day }
