@@ -19,11 +19,17 @@ import httpx2 as httpx
 from tests.unit.fleet import fleet_machines as machines
 from thermaxis import __version__
 from thermaxis.board import board_application, board_settings
+from thermaxis.codes import Message, Place
 from thermaxis.fleet import (
+    Cause,
+    Judgement,
     NightOutcome,
     NightResult,
     OutputNight,
     Registry,
+    Sign,
+    SignKind,
+    judgement_as_json,
     night_as_json,
 )
 
@@ -53,6 +59,7 @@ def night_of(rng: random.Random, model_sha256: str, day) -> dict[str, object]:
             outcome=NightOutcome.VERIFIED,
             minutes=1440,
             outputs={"Z_um": output},
+            signs=tuple(Sign(kind, "Z_um", "spindle", 0.1, 0.1, 0.1, 0.1) for kind in SignKind),
         )
     )
 
@@ -63,8 +70,9 @@ def filled(path: Path, count: int, nights: int) -> None:
     now = datetime.now(UTC).replace(tzinfo=None).isoformat(" ")
     machine = machines.machine_of("M")
     Registry.make(f"sqlite:///{path}", "lake").close()
+    days = [(machines.LAST + timedelta(days=k)).isoformat() for k in range(nights)]
     some = [
-        (machines.LAST + timedelta(days=k), json.dumps(night_of(rng, machine.model_sha256, None)))
+        (days[k], json.dumps(night_of(rng, machine.model_sha256, None)))
         for k in range(nights)
         for _ in range(100)
     ]
@@ -83,12 +91,32 @@ def filled(path: Path, count: int, nights: int) -> None:
             "insert into nights (machine_id, day, model_sha256, version, outcome, result,"
             " added_utc) values (?, ?, ?, ?, 'verified', ?, ?)",
             (
-                (k, day.isoformat(), machine.model_sha256, __version__, result, now)
+                (k, day, machine.model_sha256, __version__, result, now)
                 for night in range(nights)
                 for k in range(count)
                 for day, result in [some[100 * night + k % 100]]
             ),
         )
+        connection.executemany(
+            "insert into judged (machine_id, day, judgement) values (?, ?, ?)",
+            ((k, days[-1], named_of(k)) for k in range(0, count, 100)),
+        )
+
+
+def named_of(number: int) -> str:
+    """Return what is thought of a machine that is named."""
+    evidence = (Message("fault-drift", {"departure_um": 3.5}, Place(channel="Z_um")),)
+    judgement = Judgement(
+        machine=f"M{number:05}",
+        kind=f"kind {number % 7}",
+        day=machines.LAST,
+        named=True,
+        causes=(Cause.DRIFT,),
+        since=machines.LAST,
+        output="Z_um",
+        evidence=evidence,
+    )
+    return json.dumps(judgement_as_json(judgement))
 
 
 async def asked(path: Path, pages: list[str]) -> None:

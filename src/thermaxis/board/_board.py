@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Any, Final, cast, final
 
 from thermaxis.codes import Message, value_of_json
-from thermaxis.fleet import NightOutcome, Standing, StoredNight
+from thermaxis.fleet import Judgement, NightOutcome, Standing, StoredNight
 
 MOST_LINES: Final = 200
 """Machines of a list that are shown at once; more are found by kind and name. [1]"""
@@ -19,6 +19,8 @@ class Need(StrEnum):
 
     SET_ASIDE = "set_aside"
     """Its night failed twice."""
+    NAMED = "named"
+    """It departs from its past and its sisters."""
     SENSORS = "sensors"
     """Sensors of its model are not to be believed."""
     PROPOSAL = "proposal"
@@ -44,22 +46,43 @@ class Line:
     """Figures of the output that the model leaves most of."""
     proposed_sha256: str | None
     """Hash of the proposal that waits for a decision."""
+    judgement: Judgement | None = None
+    """Why it is named; None where it is not."""
 
 
-def lines_of(standings: Sequence[Standing]) -> list[Line]:
-    """Return the machines as the board shows them: who needs a look, the gravest first; by name."""
-    lines = [_line(one) for one in standings]
+def lines_of(standings: Sequence[Standing], judged: Sequence[Judgement] = ()) -> list[Line]:
+    """Return the machines as the board shows them: who needs a look, the gravest first.
+
+    Parameters
+    ----------
+    standings : sequence of Standing
+        How they stand, by name.
+    judged : sequence of Judgement
+        Who is named of the newest day, the surest first.
+    """
+    named = {one.machine: (place, one) for place, one in enumerate(judged)}
     order = list(Need)
-    return sorted(lines, key=lambda line: min(map(order.index, line.needs), default=len(order)))
+
+    def place_of(line: Line) -> tuple[int, int]:
+        gravest = min(map(order.index, line.needs), default=len(order))
+        return gravest, named[line.machine][0] if line.judgement is not None else 0
+
+    lines = [_line(one, named.get(one.machine, (0, None))[1]) for one in standings]
+    return sorted(lines, key=place_of)
 
 
-def _line(standing: Standing) -> Line:
+def _line(standing: Standing, judgement: Judgement | None) -> Line:
     night = standing.night
     needs: dict[Need, tuple[Message, ...]] = {}
     if night is not None and night.result["outcome"] == NightOutcome.SET_ASIDE:
         needs[Need.SET_ASIDE] = messages_of(night, "remark_codes")
+    if judgement is not None:
+        needs[Need.NAMED] = judgement.evidence
     if night is not None and night.result["sensor_codes"]:
-        needs[Need.SENSORS] = messages_of(night, "sensor_codes")
+        said = {one.place.channel for one in needs.get(Need.NAMED, ())}
+        sensors = messages_of(night, "sensor_codes")
+        if others := tuple(one for one in sensors if one.place.channel not in said):
+            needs[Need.SENSORS] = others
     if standing.proposed_sha256:
         why = () if night is None else messages_of(night, "relearn_codes")
         needs[Need.PROPOSAL] = why
@@ -71,6 +94,7 @@ def _line(standing: Standing) -> Line:
         needs=needs,
         worst={} if night is None else worst_of(night),
         proposed_sha256=standing.proposed_sha256,
+        judgement=judgement,
     )
 
 

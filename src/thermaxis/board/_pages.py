@@ -13,7 +13,7 @@ from thermaxis.board._board import MOST_LINES, Line, lines_of, messages_of, wors
 from thermaxis.board._parts import parts_of
 from thermaxis.codes import Message, printable
 from thermaxis.errors import ConfigurationError
-from thermaxis.fleet import Registry, StoredModel, StoredNight, StoredProposal
+from thermaxis.fleet import Registry, StoredModel, StoredNight, StoredProposal, axis_trends
 from thermaxis.messages import remedy_of, sentence, sentence_of
 from thermaxis.runtime import Role
 from thermaxis.screen.access import needs, render, visitor_of
@@ -38,7 +38,7 @@ def routes() -> list[BaseRoute]:
 @needs(Role.VIEWER, page=True)
 async def _board(request: Request) -> Response:
     kind, text = (request.query_params.get(name, "") for name in ("kind", "text"))
-    lines = await parts_of(request).asked(lambda registry: lines_of(registry.standings()))
+    lines = await parts_of(request).asked(_lines)
     kinds = sorted({line.kind for line in lines})
     days = [line.day for line in lines if line.day is not None]
     chosen = [
@@ -63,16 +63,22 @@ async def _board(request: Request) -> Response:
     )
 
 
+def _lines(registry: Registry, machine: str | None = None) -> list[Line]:
+    day = registry.last_day()
+    judged = [] if day is None else registry.judgements(day)
+    return lines_of(registry.standings(machine), judged)
+
+
 @needs(Role.VIEWER, page=True)
 async def _machine(request: Request) -> Response:
     name = request.query_params.get("name", "")
 
     def read(registry: Registry) -> tuple[list[Line], *tuple[Any, ...]]:
-        lines = lines_of(registry.standings(name))
-        nights = registry.nights(machine=name)
-        return lines, nights, registry.models(name), registry.proposals(name)
+        lines, nights = _lines(registry, name), registry.nights(machine=name)
+        axes = axis_trends(registry.axis_runs(name)) if lines else ()
+        return lines, nights, registry.models(name), registry.proposals(name), axes
 
-    lines, nights, models, proposals = await parts_of(request).asked(read)
+    lines, nights, models, proposals, axes = await parts_of(request).asked(read)
     if not lines:
         raise RefusedError(HTTPStatus.NOT_FOUND, "fleet-no_machine")
     (line,) = lines
@@ -90,6 +96,7 @@ async def _machine(request: Request) -> Response:
         nights=list(latest.values())[: -MOST_NIGHTS - 1 : -1],
         decides=visitor.person is not None and visitor.role.at_least(Role.ENGINEER),
         story=for_script(_story(latest, models, proposals, visitor.language)),
+        axes=axes,
         worst_of=worst_of,
         messages_of=messages_of,
         **_words(request),

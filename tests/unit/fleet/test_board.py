@@ -12,13 +12,14 @@ from typing import Any
 import httpx2 as httpx
 import pytest
 
+from tests.unit.fleet.axis_histories import history
 from tests.unit.fleet.fleet_machines import GAIN, LAST, machine_of, model_of
 from tests.unit.runtime.status_server_parts import HandClock
 from thermaxis.board import MOST_LINES, Need, board_application, board_settings, lines_of
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, parse_model
-from thermaxis.fleet import NightOutcome, NightResult, OutputNight, Registry
+from thermaxis.fleet import Cause, NightOutcome, NightResult, OutputNight, Registry
 from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role, User, hash_password, write_users
 from thermaxis.screen.access._user_sessions import KEEP_ALIVE_S
@@ -192,6 +193,37 @@ def test_the_board_says_it_in_every_language_and_markup_of_names_is_text(browser
         assert re.search(r">[a-z]+-[a-z_]+<", page) is None
     assert "1.25" in browser.get("/", "en").text
     assert "1,25" in browser.get("/", "cs").text
+
+
+def test_a_named_machine_stands_with_its_cause_and_one_sensor_is_said_once(
+    browser: Browser, registry: Registry
+) -> None:
+    registry.judge(LAST)
+    (frozen,) = registry.judgements(LAST)
+    wear = replace(frozen, machine="sound", causes=(Cause.DRIFT,), evidence=())
+    lines = lines_of(registry.standings(), [wear, frozen])
+    assert [(line.machine, tuple(line.needs)) for line in lines[:4]] == [
+        ("aside", (Need.SET_ASIDE,)),
+        ("sound", (Need.NAMED,)),
+        (MARKUP, (Need.NAMED,)),
+        ("better", (Need.PROPOSAL,)),
+    ]
+    for language in LANGUAGES:
+        said = text_of(browser.get("/", language).text)
+        assert sentence("cause-sensor_frozen", language=language) in said
+        assert sentence("fault-sensor_frozen.remedy", language=language) in said
+        assert sentence("log-stuck.remedy", language=language) not in said
+
+
+def test_the_axes_of_a_machine_stand_with_their_runs_and_what_changes(
+    browser: Browser, registry: Registry
+) -> None:
+    for run in history([5.0, 7.0, 9.0, 11.0, 13.0]):
+        registry.add_axis_run(replace(run, machine="sound"))
+    page = browser.get("/machine?name=sound").text
+    assert re.findall(r"<tr><td>(\d{4})-", page)[:5] == ["2024", "2023", "2022", "2021", "2020"]
+    assert "X: B " in text_of(page)
+    assert "Axis X" not in browser.get("/machine?name=new").text
 
 
 def test_kind_and_text_choose_and_what_is_too_many_is_said(

@@ -14,7 +14,7 @@ from thermaxis.app.axis._forms import forms
 from thermaxis.board import Need
 from thermaxis.codes import Message
 from thermaxis.files.settings import HEADER_GROUPS
-from thermaxis.fleet import NightOutcome
+from thermaxis.fleet import Cause, NightOutcome
 from thermaxis.messages import (
     ISOLATE,
     LANGUAGES,
@@ -77,7 +77,8 @@ COMPOSED = {
     "operator-": ("critical", "high", "medium", "low"),
     "operator-look_": [look for look in HEADLINES if f"operator-look_{look}" in keys("en")],
     "common-role_": tuple(Role),
-    "fleet-need_": tuple(Need),
+    "fleet-need_": set(Need) - {Need.NAMED},
+    "cause-": tuple(Cause),
     "fleet-do_": ("set_aside", "proposal"),
     "fleet-outcome_": (*NightOutcome, "none"),
     "fleet-mark_": ("model", "proposed", "accepted", "rejected"),
@@ -86,6 +87,7 @@ COMPOSED = {
 KINDS = (
     "app",
     "ask",
+    "cause",
     "chart",
     "common",
     "feed",

@@ -11,6 +11,7 @@ fleet-look = What needs a look
 
 fleet-need_set_aside = Set aside
 fleet-do_set_aside = The night of this machine failed twice: tell whoever looks after the fleet.
+fleet-since = since { $day }
 fleet-need_sensors = Sensor
 fleet-need_proposal = A model is proposed
 fleet-do_proposal = Compare what is left before and after, then accept or reject it.
@@ -45,6 +46,11 @@ fleet-mark_proposed = model { $sha256 } proposed
 fleet-mark_accepted = { $who } has accepted { $sha256 }: { $why }
 fleet-mark_rejected = { $who } has rejected { $sha256 }: { $why }
 fleet-mark_withdrawn = { $who } has withdrawn { $sha256 }: { $why }
+
+fleet-axis = Axis { $axis }: figures of ISO 230-2 [{ $unit }]
+fleet-start = Start
+fleet-run = Run
+fleet-drift_free = { $figure } without drift
 
 fleet-proposals = Proposals
 fleet-proposed = Model { $sha256 }, proposed by the night of { $day }
