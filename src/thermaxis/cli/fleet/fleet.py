@@ -215,6 +215,8 @@ _RUN_SUFFIXES = (".rtl", ".csv", ".dat", ".md", ".xlsx", ".xls")
 
 def _collect(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     """Store runs; the code is 1 where one could not be read or has no place among the others."""
+    if arguments.machine is not None:
+        registry.machines([arguments.machine])
     files: list[Path] = []
     for path in arguments.runs:
         inside = sorted(path.rglob("*")) if path.is_dir() else [path]
