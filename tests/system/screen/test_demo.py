@@ -26,6 +26,7 @@ SHOWN = {
     "network": sentence("headline-unreachable"),
     "server": sentence("headline-unreachable"),
     "stop": sentence("headline-interlock", {"names": "Emergency stop"}),
+    "chip": "which does not fit what is known",
     "loop": sentence("common-no_data"),
 }
 FAST = sentence("operator-model_good", {"file": "lathe, time x 60"})

@@ -33,6 +33,7 @@ from thermaxis.cli._arguments import adder
 from thermaxis.cli.machine.rehearse import build_rehearsal, rehearse
 from thermaxis.compensation import CompensationModel, Output, Part, Section
 from thermaxis.runtime import CertificateUse, Role, User, opcua, probe_name
+from thermaxis.runtime.config import keep_touch_proof
 from thermaxis.runtime.history import SqlHistorian
 from thermaxis.screen import serve
 from thermaxis.screen.access import needs, render
@@ -53,6 +54,7 @@ FAST: Final = 60.0
 PEOPLE: Final = (Role.VIEWER, Role.OPERATOR, Role.ENGINEER)
 """Users for trial; their names are their roles."""
 _EVER: Final = "for 10000d"
+_CHIP: Final = "chip"
 _TIME: Final = "time"
 
 
@@ -61,6 +63,7 @@ BREAKS: Final = {
     "network": f"pause {_EVER}",
     "server": f"restart {_EVER}",
     "stop": "set emergency_stop to 1",
+    _CHIP: "jump touch_um by 50",
     "loop": "",
     _TIME: "",
 }
@@ -125,8 +128,13 @@ node = "{ns}emergency_stop"
 met = false
 name = {{ en = "Emergency stop", de = "Not-Halt", cs = "Nouzové zastavení" }}
 
-[probe]
-Z_um = {{ node = "{ns}Z_um", unit = "um" }}
+[probe.Z_um]
+node = "{ns}touch_um"
+counter_node = "{ns}touch_count"
+unit = "um"
+largest_um = 20.0
+largest_rate_um_per_s = 0.5
+acts = true
 
 [output.Z_um]
 node = "{ns}offset_mm"
@@ -265,6 +273,7 @@ def _make_site(
         path = folder / f"{name}.toml"
         path.write_text(text, encoding="utf-8")
         paces[pace] = runtime.read_machine(path)
+        keep_touch_proof(paces[pace], "Z_um", proven=True)
     return paces
 
 
@@ -391,6 +400,8 @@ class _Demo:
         self.broken = [one for one in BREAKS if (broken if one == name else one in self.broken)]
         faults = [BREAKS[one] for one in self.broken]
         self.lathe.set_faults([virtual.parse_fault(f, virtual.FAULTY) for f in faults if f])
+        if name == _CHIP:
+            self.lathe.ask_touch()
         self._set_pace(FAST if _TIME in self.broken else 1.0)
         if "loop" in self.broken:
             self._kill_loop()
