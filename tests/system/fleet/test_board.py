@@ -94,5 +94,9 @@ def test_both_pages_are_for_everybody_on_a_phone_and_a_desk(browser: Browser, ad
     assert Axe().run(page).violations_count == 0
     assert page.evaluate("() => document.documentElement.scrollWidth - innerWidth") <= 0
     page.get_by_role("link", name=re.compile("Mill")).click()
+    logged_in(page, "eva")  # the head of the page is full then
+    inside = page.get_by_role("button", name=sentence("common-log_out")).bounding_box()
+    assert inside is not None
+    assert inside["x"] + inside["width"] <= 390
     readable(page)
     assert faults == []

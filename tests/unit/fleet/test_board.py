@@ -221,7 +221,13 @@ def test_the_axes_of_a_machine_stand_with_their_runs_and_what_changes(
     for run in history([5.0, 7.0, 9.0, 11.0, 13.0]):
         registry.add_axis_run(replace(run, machine="sound"))
     page = browser.get("/machine?name=sound").text
-    assert re.findall(r"<tr><td>(\d{4})-", page)[:5] == ["2024", "2023", "2022", "2021", "2020"]
+    assert re.findall(r'<tr><td class="fleet-day">(\d{4})-', page)[:5] == [
+        "2024",
+        "2023",
+        "2022",
+        "2021",
+        "2020",
+    ]
     assert "X: B " in text_of(page)
     assert "Axis X" not in browser.get("/machine?name=new").text
 

@@ -36,10 +36,6 @@ rule-averaged = The record is cut into { $parts } parts of { FIXED($part_h, deci
 rule-all_kept = all { $healthy } healthy candidates are kept
 rule-some_kept = { $kept } of { $healthy } healthy candidates are kept, the least useful left out one by one
 
-relearn-better = better on { $judged } touches that neither model had seen: what a touch adds falls from { FIXED($old_um, decimals: 2) } to { FIXED($new_um, decimals: 2) } µm, learnt from { $learnt } touches before
-relearn-no_better = nothing is better than the model in force on the newest { $judged } touches ({ $learnt } before them were learnt from)
-relearn-few_touches = too few touches: { $learnt } to learn from, { $judged } that judge; touch more often
-relearn-sensors_first = another model leaves less, but look at the sensors first: { $names }
 relearn-condemned = another model leaves less than the one in force, and is not fit: { $rule ->
     [nothing] no model at all leaves as little
     [averages] fixed averages of the inputs do as well

@@ -5,9 +5,5 @@ remark-part_sent_again = The lake's copy was cut and is replaced
 remark-shipped_unnoted = What was shipped cannot be noted beside the history ({ $cause }), which therefore does not know it when it deletes old days
 remark-part_unreadable = The file is damaged and was not sent; thermaxis history check says more
 
-remark-nothing_measured = fewer than two displacements were measured on the day: the model was not verified
-remark-clock_went_back = the clock went back { $count } times: minutes that came twice are joined
-remark-night_failed = failed twice and is set aside: { $failure }
-
 remark-withdrawn_in_force = The model in force was withdrawn: choose another one on the page of models, or call thermaxis relearn --rollback; the next fetch removes it
 remark-withdrawn_configured = machine.toml begins with a model that was withdrawn: state another one there, and the next fetch removes it

@@ -1,0 +1,6 @@
+### Proč je navržen jiný model, nebo žádný
+
+relearn-better = lepší na { $judged } dotycích, které žádný z obou modelů neviděl: co dotyk přidá, klesne z { FIXED($old_um, decimals: 2) } na { FIXED($new_um, decimals: 2) } µm, naučeno z { $learnt } dotyků předtím
+relearn-no_better = nic není lepší než platný model na nejnovějších { $judged } dotycích (učilo se z { $learnt } předtím)
+relearn-few_touches = příliš málo dotyků: { $learnt } k učení, { $judged } k posouzení; dotýkejte se častěji
+relearn-sensors_first = jiný model ponechá méně, ale nejprve se podívejte na snímače: { $names }
