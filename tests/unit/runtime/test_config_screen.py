@@ -336,7 +336,7 @@ async def everything(
     try:
         await session.open()
         # a busy computer may need more than one attempt
-        await until(lambda: session.connected if let_in else bool(session.last_error), 20.0)
+        await until(lambda: session.connected if let_in else bool(session.last_error))
         told = await session.read([f"nsu={NAMESPACE};s=Status/Everything"], 20.0)
         return None if told is None else told[0].StatusCode.name
     finally:

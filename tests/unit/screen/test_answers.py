@@ -15,6 +15,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocket
 from uvicorn.server import ServerState
 
+from tests.in_time import LONGEST_S
 from tests.opcua_server import until
 from tests.unit.runtime.status_server_parts import run
 from tests.unit.screen.people import TOKEN, People
@@ -208,9 +209,9 @@ async def send(port: int, head: str, body: bytes, *, cut_off: ServerState | None
     answer = b""
     if cut_off is None:
         with contextlib.suppress(ConnectionError):
-            answer = await asyncio.wait_for(reader.read(), 20.0)
+            answer = await asyncio.wait_for(reader.read(), LONGEST_S)
     else:
-        await until(lambda: bool(cut_off.tasks), 20.0)
+        await until(lambda: bool(cut_off.tasks))
     writer.close()
     with contextlib.suppress(ConnectionError):
         await writer.wait_closed()
@@ -239,7 +240,7 @@ def test_a_body_that_is_cut_off_is_answered_nothing_and_told_to_nobody(
             ):
                 head = head_of(port, path, length=500, cookie=cookie)
                 assert await send(port, head, b'{"na', cut_off=state) == b""
-                await until(lambda: not state.connections and not state.tasks, 20.0)
+                await until(lambda: not state.connections and not state.tasks)
             whole = await send(port, f"GET /alive HTTP/1.0\nHost: 127.0.0.1:{port}\n", b"")
             assert b" 200 " in whole
 

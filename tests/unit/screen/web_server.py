@@ -32,7 +32,7 @@ async def served(application_at: Callable[[int], ASGIApp]) -> AsyncIterator[Serv
         server.capture_signals = contextlib.nullcontext
         task = asyncio.create_task(server.serve(sockets=[listener]))
         try:
-            await until(lambda: server.started or task.done(), 20.0)
+            await until(lambda: server.started or task.done())
             yield Served(port, server.server_state)
         finally:
             server.should_exit = True
