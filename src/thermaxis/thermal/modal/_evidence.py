@@ -12,7 +12,9 @@ from functools import cache, partial
 from typing import final
 
 import numpy as np
-from scipy.linalg import solve_triangular  # pyright: ignore[reportUnknownVariableType] - no types
+from scipy.linalg.lapack import (
+    dtrtrs,  # pyright: ignore[reportAttributeAccessIssue, reportUnknownVariableType] - no types
+)
 
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.modal._regressors import Segment
@@ -48,16 +50,13 @@ def factored(precision: FloatArray) -> FloatArray:
     Where a record without noise makes regressors all but equal, round-off may leave a precision
     slightly negative; its diagonal is raised by as little as is needed.
     """
-    places = np.arange(int(precision.shape[-1]))
-    for share in ROUND_OFF[:-1]:
-        raised = precision.copy()
-        raised[..., places, places] *= 1.0 + share
+    places, raised = np.arange(int(precision.shape[-1])), precision
+    for share in ROUND_OFF[1:]:
         try:
             return np.asarray(np.linalg.cholesky(raised), dtype=np.float64)
         except np.linalg.LinAlgError:
-            continue
-    raised = precision.copy()
-    raised[..., places, places] *= 1.0 + ROUND_OFF[-1]
+            raised = precision.copy()
+            raised[..., places, places] *= 1.0 + share
     return np.asarray(np.linalg.cholesky(raised), dtype=np.float64)
 
 
@@ -338,9 +337,7 @@ def log_evidence_of(design: Design, products: tuple[FloatArray, float], sizes: S
     diagonal = np.arange(prior.size)
     precision[diagonal, diagonal] += np.exp(-prior)
     factor = factored(precision)
-    half = np.asarray(
-        solve_triangular(factor, gram[:-1, -1], lower=True, check_finite=False), dtype=np.float64
-    )
+    half = np.asarray(dtrtrs(factor, gram[:-1, -1], lower=1)[0], dtype=np.float64)
     left = max(float(gram[-1, -1] - half @ half), 1e-14 * abs(float(gram[-1, -1])) + 1e-300)
     return -0.5 * float(
         design.readings * np.log(left / design.readings)
@@ -455,14 +452,15 @@ def most_likely_sizes(
         fast_s, transients = hyperprior.fast_correlation_s, tuple(others[4:])
         return Sizes(gain, transients, ratio, correlation, fast_ratio, fast_s, *others[:4])
 
-    def evidence_at(logarithms: FloatArray) -> float:
-        sizes = sizes_at(logarithms)
+    @cache
+    def evidence_of(sizes: Sizes) -> float:
         found = products(sizes.noise)
         return log_evidence_of(design, found, sizes) + hyperprior.log_density(sizes)
 
-    def climbed(best: FloatArray) -> tuple[FloatArray, float]:
-        return _climbed(evidence_at, best, steps, (low, high))
+    def evidence_at(logarithms: FloatArray) -> float:
+        return evidence_of(sizes_at(logarithms))
 
+    climbed = partial(_climbed, evidence_at, steps=steps, bounds=(low, high))
     best, found = climbed(start)
     for place in 8 + np.flatnonzero(may_rest):
         high[place] = AT_REST
