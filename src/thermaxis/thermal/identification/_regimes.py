@@ -152,23 +152,19 @@ def _likely_rows(one: Experiment) -> BoolArray:
     They show that gains change; where, they do not: as many rows are wrong as are right.
     """
     stretch = np.arange(one.y.size) * STRETCHES // one.y.size
-
-    def gated(on: BoolArray) -> list[Experiment]:
-        u = np.hstack([one.u * on[:, None], one.u * ~on[:, None]])
-        return [replace(one, u=u, ambient_k=None)]
-
-    without = ModalOptions(intervals=False)
-    found = response_evidence(gated(stretch < STRETCHES // 2), without)
+    early, each = stretch[:, None] < STRETCHES // 2, np.arange(STRETCHES)
+    halves = replace(one, u=np.hstack([one.u * early, one.u * ~early]), ambient_k=None)
+    gated = response_evidence([halves], ModalOptions(intervals=False)).gated(one, stretch)
 
     def likely(on: BoolArray) -> float:
-        return found.log_evidence(gated(on)) if 0 < np.count_nonzero(on) < on.size else -np.inf
+        return gated(on) if 0 < np.count_nonzero(on) < STRETCHES else -np.inf
 
     ends = [(i, j) for i in range(STRETCHES) for j in range(i + 1, STRETCHES)]
-    best = max(((i <= stretch) & (stretch < j) for i, j in ends), key=likely)
+    best = max(((i <= each) & (each < j) for i, j in ends), key=likely)
     while True:
-        near = max((best ^ (stretch == k) for k in range(STRETCHES)), key=likely)
+        near = max((best ^ (each == k) for k in range(STRETCHES)), key=likely)
         if likely(near) <= likely(best):
-            return best
+            return best[stretch]
         best = near
 
 

@@ -14,12 +14,13 @@
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError, require_range
@@ -301,6 +302,41 @@ class ResponseEvidence:
             products = columns.T @ gram @ columns, log_determinant
             found.append(log_evidence_of(design, products, self.sizes) / design.readings)
         return np.array(found)
+
+    def gated(
+        self, experiment: Experiment, stretch: NDArray[np.intp]
+    ) -> Callable[[BoolArray], float]:
+        """Return the same of each input cut in two, by which stretches belong to the first, (s,).
+
+        `stretch` has the number of each row, rising. All columns are sums of those of single
+        stretches, so that their products are taken once.
+        """
+        inputs, rows = experiment.inputs, self.segments[0].rows * self.segments[0].sample_time_s
+        count, wide = int(stretch[-1]) + 1, inputs * (1 + self.design.lags)
+        parts = [experiment.u * (stretch == k)[:, None] for k in range(count)]
+        cut = replace(experiment, u=np.hstack(parts), ambient_k=None)
+        design = design_of(
+            segments_of([cut], rows, (0.0,) * (count * inputs)),
+            self.time_constants_s,
+            replace(self.scales, u=np.ones(count * inputs)),
+            free_start=self.design.transients > 0,
+            experiments=1,
+        )
+        gram, log_determinant = design.products(self.sizes.noise)
+        own, cross = gram[: count * wide, : count * wide], gram[: count * wide, count * wide :]
+        own, cross = own.reshape(count, wide, count, wide), cross.reshape(count, wide, -1)
+        scale = np.repeat(self.scales.u, 1 + self.design.lags)[:, None]
+
+        def log_evidence(first: BoolArray) -> float:
+            half = np.stack([first, ~first]).astype(np.float64)
+            both = np.tensordot(half, np.tensordot(own, half, ((2,), (1,))), ((1,), (0,)))
+            gains = both.transpose(0, 1, 3, 2).reshape(2 * wide, 2 * wide) / scale / scale.T
+            others = np.tensordot(half, cross, ((1,), (0,))).reshape(2 * wide, -1) / scale
+            rest = gram[count * wide :, count * wide :]
+            products = np.block([[gains, others], [others.T, rest]]), log_determinant
+            return log_evidence_of(self.design, products, self.sizes) / self.design.readings
+
+        return log_evidence
 
 
 def default_block_s(experiments: Sequence[Experiment]) -> float:
