@@ -128,6 +128,7 @@ def test_the_share_of_a_comparison_is_known_and_a_right_model_is_seldom_doubted(
     assert found.share == pytest.approx(0.7)
     assert found.old_um == pytest.approx(0.7 * np.sqrt(np.mean(g**2)))
     assert found.blocks == 400
+    assert found.growth == pytest.approx(0.49 * np.mean(np.clip(g, -4.0 / 0.7, 4.0 / 0.7) ** 2))
     doubted = 0
     for _ in range(1000):
         g, noise = random.normal(0.0, 0.5, 24), random.normal(0.0, 1.0, 24)

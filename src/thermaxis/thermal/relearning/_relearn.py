@@ -2,8 +2,8 @@
 
 Candidates are the model in force with gains and time constants of its parts scaled, by touches of
 the last days or of more (a change is known by what came after it), and one that is identified anew
-from all of them. None has seen the newest touches, on which each is compared with the model in
-force: in free run, and by its innovations as touches renew the offset.
+from all of them. None has seen the touches on which it is compared with the model in force: in free
+run, and by its innovations as touches renew the offset.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -44,7 +44,7 @@ from thermaxis.thermal.verification import simulate_log
 
 DAY_S = 86_400.0
 LEARNT_S = (DAY_S, 2.0 * DAY_S, 4.0 * DAY_S, float("inf"))
-"""Touches of so long before those that judge scale the model. [s]"""
+"""Touches of so long before the newest stretch, and of the other one, scale the model. [s]"""
 BLOCK_S = 3600.0
 """Innovations further apart are independent. [s]"""
 FEWEST_LEARNT, FEWEST_JUDGED, FEWEST_BLOCKS = 12, 12, 4
@@ -52,13 +52,16 @@ FEWEST_LEARNT, FEWEST_JUDGED, FEWEST_BLOCKS = 12, 12, 4
 GAIN_STD, TIME_STD = 0.2, 0.3
 """Prior standard deviations of the logarithms by which gains and time constants changed. [1]"""
 FOLDS = 2
-"""What judges is cut into so many stretches; each judges models of the touches before it. [1]"""
+"""What judges is cut into so many stretches; each judges models that have not seen it. [1]"""
 ANEW = 1.7
 """The margin is so many times as large for a model identified anew: it differs in everything, and
 from some days is better than another by chance for as many. [1]"""
+GROWN, LESS = 1.3, 0.5
+"""Where the model in force leaves so many times what it left before, in squares, it is not what it
+was, and so much of the margin is enough for the same model scaled. [1]"""
 FREE_RUN = 1.25
-"""The free run of what is proposed leaves no more than so many times what that in force leaves: it
-is judged by few touches and everything that drifts. [1]"""
+"""The free run of what is proposed leaves no more than so many times what that in force leaves and
+what drifts beside it: it is judged by few touches. [1]"""
 MOST_INPUTS = 4
 """Among more inputs is chosen, as `identify --candidates` does. [1]"""
 _BRIEF = ModalOptions(intervals=False)
@@ -94,8 +97,8 @@ class Candidate:
     output: Output
     """The model, of all touches but those of the last stretch that judges."""
     learnt_s: float | None
-    """It is the model in force, scaled by touches of so long before those that judge, infinite for
-    all of them; None where it was identified anew. [s]"""
+    """It is the model in force, scaled by touches of so long before the newest stretch, infinite
+    for all of them; None where it was identified anew. [s]"""
     comparison: Comparison
     """By innovations, as touches renew the offset."""
     free_run_um: tuple[float, float]
@@ -254,10 +257,10 @@ class _Output:
             return self._none(touches, (), Message("relearn-few_touches", counts))
         rules = self._asked.filters.get(self._output.name, TouchFilter())
         noise = likeliest(self._time_s[seen], self._left_um[seen], rules.noise_um)
-        self._filter = innovations_of(self._time_s, *noise)
-        newest = dict(self._candidates(self._cuts_s[-1], anew=True))
+        self._filter, self._drift_um_per_root_h = innovations_of(self._time_s, *noise), noise[1]
+        newest = dict(self._candidates(FOLDS - 1, anew=True))
         anew = None in newest and self._leaves_less(newest[None][1])
-        folds = [dict(self._candidates(cut_s, anew=anew)) for cut_s in self._cuts_s[:-1]]
+        folds = [dict(self._candidates(k, anew=anew)) for k in range(FOLDS - 1)]
         folds.append(newest)
         keys = [key for key in newest if all(key in fold for fold in folds)]
         false_rate = self._asked.false_rate / (max(len(newest), 1) * self._outputs)
@@ -290,16 +293,20 @@ class _Output:
         old, new = (float(np.sum(self._filter.of(left)[newest] ** 2)) for left in each)
         return new < old
 
-    def _candidates(self, cut_s: float, *, anew: bool) -> Iterator[tuple[float | None, _Model]]:
-        """Yield models of the touches before a time, by how long before; None for one anew. [s]"""
+    def _candidates(self, judging: int, *, anew: bool) -> Iterator[tuple[float | None, _Model]]:
+        """Yield models of the touches without a stretch, by how long before the newest one. [s]
+
+        The one anew, None, is of those before the stretch.
+        """
         for learnt_s in LEARNT_S:
-            used = (self._time_s < cut_s) & (self._time_s >= cut_s - learnt_s)
+            used = (self._fold != judging) & (self._time_s >= self._cuts_s[-1] - learnt_s)
             if int(np.count_nonzero(used)) >= FEWEST_LEARNT:
                 factors = self._scaled(used)
                 parts = zip(self._output.parts, factors, strict=True)
                 output = replace(self._output, parts=tuple(_part(p, *f) for p, f in parts))
                 yield learnt_s, (output, self._said_um(factors))
-        records = _records(self._log, cut_s, self._model, self._output.name) if anew else None
+        cut_s, name = self._cuts_s[judging], self._output.name
+        records = _records(self._log, cut_s, self._model, name) if anew else None
         if records is not None:
             with suppress(DataError, ConfigurationError, np.linalg.LinAlgError):
                 found = {self._output.name: _identified(records)}
@@ -363,9 +370,10 @@ class _Output:
         """Compare the models of each stretch, by its touches, with the one in force."""
         judged = self._fold >= 0
         old, new = self._filter.of(self._left_um), np.zeros_like(self._left_um)
-        free = np.zeros((2, judged.size))
+        free, since_h = np.zeros((2, judged.size)), np.zeros(judged.size)
         for k, (_, said_um) in enumerate(models):
             left_um, own = self._shown_um - said_um, self._fold == k
+            since_h[own] = (self._time_s[own] - self._time_s[self._fold < k][-1]) / 3600.0
             new[own] = self._filter.of(left_um)[own]
             for row, each in enumerate((self._left_um, left_um)):
                 free[row, own] = each[own] - np.mean(each[self._fold < k][-3:])
@@ -373,13 +381,15 @@ class _Output:
         found = compared(old[judged], new[judged], self._filter.std_um[judged], block, false_rate)
         if found is None:
             return None
-        margin = self._asked.margin * (ANEW if learnt_s is None else 1.0)
+        scaled = LESS if found.growth >= GROWN else 1.0
+        margin = self._asked.margin * (ANEW if learnt_s is None else scaled)
         old_um, new_um = np.sqrt(np.mean(free[:, judged] ** 2, axis=1)).tolist()
+        drift_um2 = self._drift_um_per_root_h**2 * float(np.mean(since_h[judged]))
         better = (
             found.least_share > 0.0
             and found.share > 0.5
             and found.new_um <= (1.0 - margin) * found.old_um
-            and new_um <= FREE_RUN * old_um
+            and new_um**2 <= (FREE_RUN * old_um) ** 2 + drift_um2
         )
         return Candidate(models[-1][0], learnt_s, found, (old_um, new_um), better)
 
