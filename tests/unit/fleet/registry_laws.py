@@ -13,7 +13,14 @@ from tests.unit.fleet.fleet_machines import GAIN, LAST, machine_of, model_of
 from thermaxis import __version__
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import parse_model
-from thermaxis.fleet import FleetMachine, NightOutcome, NightResult, ProposalState, Registry
+from thermaxis.fleet import (
+    FleetMachine,
+    NightOutcome,
+    NightResult,
+    ProposalState,
+    Registry,
+    Standing,
+)
 
 Made = Callable[[], Registry]
 """Opens the registry that a test has made."""
@@ -164,6 +171,31 @@ class RegistryLaws:
             assert registry.missing(LAST) == []
             with pytest.raises(ConfigurationError, match="is called B by now"):
                 registry.add(machines[0], "again")
+
+    def test_a_machine_stands_by_its_newest_night_and_its_open_proposal(self, made: Made) -> None:
+        machine, other = machine_of("A"), machine_of("B")
+        with made() as registry:
+            for one in (machine, other):
+                registry.add(one, "first")
+            assert registry.standings() == [
+                Standing("A", "mill", None, None),
+                Standing("B", "mill", None, None),
+            ]
+            before = replace(result_of(machine, 7), day=LAST - timedelta(days=1))
+            worse, better = (replace(before, proposal=model_of(x * GAIN)) for x in (1.1, 1.2))
+            registry.record([replace(result_of(machine), proposal=better.proposal), worse])
+            (stands,) = registry.standings("A")
+            (newest,) = registry.nights(LAST)
+            assert stands.night == newest
+            assert stands.proposed_sha256 == registry.proposals("A")[-1].sha256
+            seen = registry.proposals("A")[0].sha256
+            with pytest.raises(ConfigurationError, match="Nothing is proposed"):
+                registry.decide("A", accepted=True, who="Anna", why="w", sha256=seen)
+            seen = stands.proposed_sha256 or ""
+            registry.decide("A", accepted=False, who="Anna", why="w", sha256=seen)
+            assert registry.standings("A") == [replace(stands, proposed_sha256=None)]
+            registry.add(machine_of("A", 3.0), "another model, for which nothing is proposed")
+            assert registry.standings("A")[0].proposed_sha256 is None
 
     def test_a_proposal_is_stored_once_and_the_first_decision_stands(self, made: Made) -> None:
         machine, better = machine_of("A"), model_of(1.1 * GAIN)
