@@ -8,7 +8,7 @@ departures is learnt from the machine itself, its sisters, and the same night.
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, timedelta
 from enum import StrEnum
@@ -28,7 +28,7 @@ _B = NDArray[np.bool_]
 
 JUDGED_DAYS: Final = 14
 """Nights of so many days are judged together: what lasts longer unmended becomes the past. [1]"""
-FALSE_SHARE: Final = 0.01
+FALSE_SHARE: Final = 0.02
 """Share of the named that is expected to be named by chance. [1]"""
 SISTERS: Final = 8
 """With fewer machines of its kind a machine is compared with those of all kinds. [1]"""
@@ -77,12 +77,17 @@ _LEARNT = (SignKind.LEVEL, SignKind.MEAN, SignKind.REST)
 _GROWS = (SignKind.SWAP, SignKind.REST)
 _STILL = frozenset({"log-stuck", "log-constant", "log-never_measured"})
 _WINDOWS = (1, 2, 3, 5, 8, 14)
+_INDEPENDENT = 4.0
+"""Windows overlap: they count as so many. [1]"""
 _PRIOR, _FAR = 4.0, 3.0
 _NORMAL_MEDIAN, _NORMAL_90 = 1.4826, 1.6449
 _STAYS = 0.3
-"""Of a departure so much is still there on the last night that tells of it. [1]"""
-PAST_DAYS: Final = 6
-"""Days before the first night of which it tells. [1]"""
+"""Of a departure so much may still be there on the last night. [1]"""
+_OPPOSITE = 0.75
+_MOST: Final = {SignKind.GAIN: 1.0, SignKind.TIME_CONSTANT: 1.4}
+"""No machine changes by more: it is something else. [1]"""
+PAST_DAYS: Final = 5
+"""Days before a night with which its mean residual is compared. [1]"""
 
 
 @final
@@ -167,8 +172,9 @@ def judge(nights: Iterable["StoredNight"], day: date) -> list[Judgement]:
 
     with k the spread of the sisters' z in the same window, from medians and quantiles that
     machines at fault do not move, and not below that of the machine's own nights before. The
-    smallest probability of all windows and signs, times their number, is the machine's; of these
-    those are named that hold the share of false names at `FALSE_SHARE`.
+    smallest probability of all windows and signs, times their number, is the machine's, so that
+    each kind of sign has the same share; of these those are named that hold the share of false
+    names at `FALSE_SHARE`.
 
     References
     ----------
@@ -179,18 +185,21 @@ def judge(nights: Iterable["StoredNight"], day: date) -> list[Judgement]:
 
     keys, histories = _histories(nights, day)
     names = list(histories)
-    tests, least = np.zeros(len(names)), np.ones(len(names))
+    shape = len(names), len(SignKind)
+    tests, least = np.zeros(shape), np.ones(shape)
     found: dict[int, list[_Found]] = defaultdict(list)
     kinds = np.unique([history.kind for history in histories.values()], return_inverse=True)[1]
     for key, machines, table in _tables(keys, histories):
+        at = machines, list(SignKind).index(key[0])
         p_values, several = _departures(key, table, kinds[machines])
-        tests[machines] += 1
-        least[machines] = np.minimum(least[machines], p_values)
+        tests[at] += 1
+        least[at] = np.minimum(least[at], p_values)
         for row, one in several.items():
             found[int(machines[row])].append(one)
-    asked = np.flatnonzero(tests)
-    p_of = np.minimum(least * np.maximum(tests, 1), 1.0)
-    q_of = dict.fromkeys(range(len(names)))
+    tests *= np.count_nonzero(tests, axis=1)[:, None]  # each kind of sign has the same share
+    p_of = np.minimum(np.min(least * np.maximum(tests, 1.0), axis=1, initial=1.0), 1.0)
+    asked = np.flatnonzero(np.any(tests, axis=1))
+    q_of: dict[int, float | None] = dict.fromkeys(range(len(names)))
     if asked.size:
         shares = cast("Any", stats).false_discovery_control(p_of[asked]).tolist()
         q_of |= dict(zip(asked.tolist(), shares, strict=True))
@@ -199,8 +208,10 @@ def judge(nights: Iterable["StoredNight"], day: date) -> list[Judgement]:
     for k, (name, history) in enumerate(histories.items()):
         q_value = q_of[k]
         sure = q_value is not None and q_value <= FALSE_SHARE
-        likely = [f for f in found[k] if sure and f.p_value * tests[k] <= FALSE_SHARE]
-        reasons = _reasons(still.get(name, {}), likely)
+        of_sign = dict(zip(SignKind, tests[k].tolist(), strict=True))
+        likely = [f for f in found[k] if sure and f.p_value * of_sign[f.sign] <= FALSE_SHARE]
+        channels = round(of_sign[SignKind.LEVEL] / max(np.count_nonzero(tests[k]), 1))
+        reasons = _reasons(still.get(name, {}), likely, channels)
         first = next(iter(reasons.values()), None)
         judged.append(
             Judgement(
@@ -303,7 +314,7 @@ def _departures(key: _Key, table: _F, kinds: NDArray[np.intp]) -> tuple[_F, dict
     weight = std**-2.0
     shapes = [np.ones(w) for w in _WINDOWS]
     if sign is SignKind.MEAN:
-        shapes += [(np.arange(w) + 0.5) / w for w in _WINDOWS[2:]]
+        shapes = [*shapes[2:], *((np.arange(w) + 0.5) / w for w in _WINDOWS[2:])]
     best = np.zeros((count, 4))  # z, formal, departure, window
     for shape in shapes:
         w = shape.size
@@ -313,23 +324,24 @@ def _departures(key: _Key, table: _F, kinds: NDArray[np.intp]) -> tuple[_F, dict
         total = np.where(seen, total, 1.0)
         t = np.sum(shape * d * g, axis=1) / total
         s = np.sqrt(1.0 / total + (past * np.sum(shape * g, axis=1) / total) ** 2)
-        centre, spread = _sisters(t, s, kinds, seen)
+        centre, spread = _sisters(t, s, kinds, seen, 0.5 if sign in _LEARNT else 1.0)
         squares = departure[:, :-w] ** 2 * weight[:, :-w]
         own = np.sum(np.minimum(squares, (_FAR * spread[:, None]) ** 2), axis=1)
         own = (_PRIOR * spread**2 + own) / (_PRIOR + np.sum(known[:, :-w], axis=1))
         beyond = t - centre
         formal = beyond / s
         z = formal / np.maximum(spread, np.sqrt(own))
-        ends = departure[rows, last]  # what has gone since is no reason any more
         better = seen & (np.abs(z) > np.abs(best[:, 0])) & (np.abs(beyond) >= LEAST[sign])
-        better &= (ends * t > 0.0) & (np.abs(ends) >= _STAYS * np.abs(t))
+        better &= np.abs(beyond) <= _MOST.get(sign, np.inf)
+        # what has gone since is no reason any more
+        better &= np.sign(t) * departure[rows, last] + 2.0 * std[rows, last] >= _STAYS * np.abs(t)
         if sign in _GROWS:
             better &= beyond > 0.0
         if sign is SignKind.SWAP:  # the likelihood of 1 against 0
             formal = np.sqrt(np.maximum(2.0 * t - 1.0, 0.0)) / s
         candidate = np.column_stack([z, formal, beyond, np.full(count, w)])
         best = np.where(better[:, None], candidate, best)
-    p_values = np.minimum(2.0 * ndtr(-np.abs(best[:, 0])) * len(shapes), 1.0)
+    p_values = np.minimum(2.0 * ndtr(-np.abs(best[:, 0])) * _INDEPENDENT, 1.0)
     back = np.minimum(best[:, 3] - 1, JUDGED_DAYS - 1 - first)
     found: dict[int, _Found] = {}
     for k in np.flatnonzero(best[:, 3]).tolist():
@@ -352,7 +364,7 @@ def _levels(change: _F, known: _B) -> _F:
     return levels[:, PAST_DAYS:]
 
 
-def _sisters(t: _F, s: _F, kinds: NDArray[np.intp], seen: _B) -> tuple[_F, _F]:
+def _sisters(t: _F, s: _F, kinds: NDArray[np.intp], seen: _B, least: float) -> tuple[_F, _F]:
     """Return where the sisters of each machine lie, and the spread of their departures."""
     centre, spread = np.zeros(t.size), np.ones(t.size)
     for kind in (-1, *np.unique(kinds).tolist()):  # all of them at first, for kinds of few
@@ -361,7 +373,7 @@ def _sisters(t: _F, s: _F, kinds: NDArray[np.intp], seen: _B) -> tuple[_F, _F]:
         if np.count_nonzero(rows) >= SISTERS:
             middle = float(np.median(t[rows]))
             z = np.abs(t[rows] - middle) / s[rows]
-            wide = (_NORMAL_MEDIAN * np.median(z), np.quantile(z, 0.9) / _NORMAL_90, 1.0)
+            wide = (_NORMAL_MEDIAN * np.median(z), np.quantile(z, 0.9) / _NORMAL_90, least)
             centre[of], spread[of] = middle, max(wide)
     return centre, spread
 
@@ -381,27 +393,35 @@ def _still(histories: Mapping[str, _History]) -> dict[str, dict[str, int]]:
 
 
 def _reasons(
-    still: Mapping[str, int], likely: Iterable[_Found]
+    still: Mapping[str, int], likely: Sequence[_Found], channels: int
 ) -> dict[Cause, tuple[int, str, Message]]:
     """Return days back, output and sentence by cause, the likeliest first.
 
-    What hides others comes first; of what a model would explain, what explains most.
+    What hides others comes first; of what a model would explain, what explains most. Two of several
+    channels that have gone apart by as much, one up and one down, are exchanged.
     """
-    found: dict[Cause, tuple[int, str, Message]] = {}
-
-    def add(cause: Cause, back: int, output: str, channel: str, values: dict[str, Value]) -> None:
-        said = Message(f"fault-{cause}", values, Place(channel=channel))
-        found.setdefault(cause, (back, output, said))
+    by_model = [f for f in likely if CAUSES[f.sign] in _BY_MODEL]
+    best = max(by_model, key=lambda f: abs(f.formal), default=None)
+    levels = sorted((f for f in likely if f.sign is SignKind.LEVEL), key=lambda f: f.departure)
+    if channels > 2 and len(levels) > 1:
+        low, high = levels[0], levels[-1]
+        if _OPPOSITE * high.departure <= -low.departure <= high.departure / _OPPOSITE:
+            best = high._replace(sign=SignKind.SWAP, of=f"{low.of},{high.of}", output="")
+            likely = [best, *likely]
 
     def rank(one: _Found) -> tuple[int, float]:
         cause = CAUSES[one.sign]
-        cause = Cause.GAIN if cause in _BY_MODEL else cause
+        cause = Cause.GAIN if cause in _BY_MODEL and one is not best else cause
         return list(Cause).index(cause), -abs(one.formal)
 
+    found: dict[Cause, tuple[int, str, Message]] = {}
     for channel, back in still.items():
-        add(Cause.SENSOR_FROZEN, back, "", channel, {"name": channel})
+        said = Message(f"fault-{Cause.SENSOR_FROZEN}", {"name": channel}, Place(channel=channel))
+        found.setdefault(Cause.SENSOR_FROZEN, (back, "", said))
     for one in sorted(likely, key=rank):
-        add(CAUSES[one.sign], one.back, one.output, one.of or one.output, _figures(one))
+        cause, place = CAUSES[one.sign], Place(channel=one.of or one.output)
+        said = Message(f"fault-{cause}", _figures(one), place)
+        found.setdefault(cause, (one.back, one.output, said))
     return found
 
 

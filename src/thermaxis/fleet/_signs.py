@@ -23,7 +23,7 @@ FEWEST_MINUTES: Final = 30
 """An hour has so many minutes at least. [1]"""
 MOST_PAIRED: Final = 6
 """Among more channels of an output none are tried as swapped. [1]"""
-_CLIPPED, _DELTA = 4.0, 0.05
+_CLIPPED, _DELTA = 4.0, 0.25
 _MORE_UM = (0.0, 0.5, 1.0, 2.0, 4.0)
 _SIZES_UM = (0.3, 0.6, 1.0, 1.7, 3.0, 6.0, 12.0)
 _MEMORIES_S = (3600.0, 10_800.0, 32_400.0, 97_200.0)
@@ -189,7 +189,8 @@ class _Touched:
         mean = np.array([np.mean(self._left_um[k]) for k in each])
         far = np.minimum(np.abs(e), _CLIPPED)
         rest = np.array([0.5 * np.log(np.mean(far[k] ** 2) + 1e-3) for k in each])
-        yield from _by_days(SignKind.MEAN, self._output.name, "", mean, 0.05)
+        # the run begins as if the machine had rested: its first day is not asked
+        yield from _by_days(SignKind.MEAN, self._output.name, "", mean[mean.size > 3 :], 0.05)
         yield from _by_days(SignKind.REST, self._output.name, "", rest, 0.05)
 
     def _run(self, model: CompensationModel, log: ThermalLog) -> tuple[_F, _F]:
@@ -267,7 +268,7 @@ def _share(e: _F, g: _F, steady: _F) -> tuple[float, float]:
 
 
 def _slower(output: Output) -> Output:
-    """Return an output whose time constants are longer by a little."""
+    """Return an output whose time constants are longer."""
     parts = tuple(
         replace(
             part,

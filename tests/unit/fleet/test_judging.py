@@ -13,6 +13,7 @@ MACHINES, NIGHTS = 60, 4
 FIGURES = {
     ("level", "", "T_a_C"): 0.2,
     ("level", "", "T_b_C"): 0.2,
+    ("level", "", "T_c_C"): 0.2,
     ("swap", "Z_um", "T_a_C,T_b_C"): 0.05,
     ("gain", "Z_um", "a"): 0.02,
     ("time_constant", "Z_um", "a"): 0.03,
@@ -36,7 +37,7 @@ def fleet(departures: Departures, seed: int = 0, hot: float = 0.0) -> list[Store
                 sign = dict(zip(("sign", "output", "of"), key, strict=True))
                 if key[0] == "mean":  # the days before it count with it
                     past = departures.get((name, key), [0.0] * NIGHTS)[: NIGHTS - 1 - back]
-                    before = sum(past) / 6.0
+                    before = sum(past) / 5.0
                 else:
                     before = 0.0
                 signs.append(sign | {"value": value, "std": std, "before": before,
@@ -81,6 +82,13 @@ def test_a_machine_that_departs_is_named_with_its_cause_day_and_sentence(
     for language in ("en", "de", "cs"):
         assert text_of(one.evidence[0], language=language)
         assert remedy_of(one.evidence[0], language=language)
+
+
+def test_channels_that_have_gone_apart_by_as_much_are_exchanged_rather_than_off():
+    up, down = ("level", "", "T_a_C"), ("level", "", "T_c_C")
+    (one,) = named(fleet({("M7", up): [0, 0, 2.0, 2.0], ("M7", down): [0, 0, -2.0, -2.0]}, 1))
+    assert one.causes[0] is Cause.SENSORS_SWAPPED
+    assert set(one.evidence[0].values["name"]) == {"T_a_C", "T_c_C"}
 
 
 def test_a_slow_drift_is_found_by_lasting():
