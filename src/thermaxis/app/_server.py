@@ -36,6 +36,7 @@ from thermaxis.web import (
     Server,
     answer_json,
     answer_mistake,
+    answer_no_route,
     choose_language,
     refuse,
     spoken,
@@ -49,7 +50,7 @@ LONGEST_S: Final = 600.0
 """Longest time of a command. [s]"""
 ROOMS: Final = (("positioning", "/"), ("thermal", "/thermal"))
 """Rooms in the order of their buttons: key of their name, and address."""
-_FORBIDDEN, _NOT_FOUND = 403, 404
+_FORBIDDEN = 403
 _OPEN = ("/static/",)
 
 
@@ -201,7 +202,7 @@ def build_app(token: str, port: int, end: Callable[[], None]) -> ASGIApp:
             Middleware(Entrance, token, f"thermaxis_app_{port}"),
             Middleware(Packed, (*AxisRoom.files, *ThermalRoom.files)),
         ],
-        exception_handlers={HTTPException: _no_route, Exception: answer_mistake},
+        exception_handlers={HTTPException: answer_no_route, Exception: answer_mistake},
     )
     application.state.parts = SimpleNamespace(language=LANGUAGES[0])
     application.state.work = Work(nice=0)  # there is no loop that it could stand back behind
@@ -211,12 +212,6 @@ def build_app(token: str, port: int, end: Callable[[], None]) -> ASGIApp:
         secure=False,
         largest_bytes={**AxisRoom.largest_bytes, **ThermalRoom.largest_bytes},
     )
-
-
-async def _no_route(request: Request, error: Exception) -> Response:
-    status = error.status_code if isinstance(error, HTTPException) else _NOT_FOUND
-    key = "common-no_page" if status == _NOT_FOUND else "common-refused_method"
-    return refuse(request, status, key)
 
 
 async def serve_app(port: int, tell: Callable[[str], None]) -> None:

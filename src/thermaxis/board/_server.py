@@ -11,8 +11,6 @@ from typing import Final
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
-from starlette.requests import Request
-from starlette.responses import Response
 from starlette.routing import Route
 from starlette.types import ASGIApp
 
@@ -25,11 +23,10 @@ from thermaxis.runtime.host import is_loopback
 from thermaxis.runtime.users import Users, read_users
 from thermaxis.screen import serve_pages
 from thermaxis.screen.access import FileSession, UserSessions, login_routes
-from thermaxis.web import Assets, Guard, Packed, answer_mistake, refuse
+from thermaxis.web import Assets, Guard, Packed, answer_mistake, answer_no_route
 
 PORT: Final = 8470
 """Usual port. [1]"""
-_NOT_FOUND = 404
 
 
 def board_settings(
@@ -117,18 +114,12 @@ def board_application(
         ],
         lifespan=life,
         middleware=[Middleware(Packed, ("/model",))],
-        exception_handlers={HTTPException: _no_route, Exception: answer_mistake},
+        exception_handlers={HTTPException: answer_no_route, Exception: answer_mistake},
     )
     application.state.parts = parts
     return Guard(
         application, hosts, secure=settings.secure, json_paths=("/login", "/decide", "/language")
     )
-
-
-async def _no_route(request: Request, error: Exception) -> Response:
-    status = error.status_code if isinstance(error, HTTPException) else _NOT_FOUND
-    key = "common-no_page" if status == _NOT_FOUND else "common-refused_method"
-    return refuse(request, status, key)
 
 
 async def serve_board(

@@ -7,6 +7,7 @@ routes, a template and a script; `thermaxis.app` and `thermaxis.screen` put room
 from thermaxis.web._answers import (
     RefusedError as RefusedError,
     answer_mistake as answer_mistake,
+    answer_no_route as answer_no_route,
     choose_language as choose_language,
     object_of as object_of,
     refuse as refuse,

@@ -3,6 +3,7 @@
 import json
 from typing import Any, cast
 
+from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response
 
@@ -11,7 +12,7 @@ from thermaxis.messages import LANGUAGES
 from thermaxis.web._language import LANGUAGE_COOKIE, LanguageOfParts, language_of
 from thermaxis.web._plain_page import answer_json, mistake_of, refusal
 
-_BAD_REQUEST, _MISTAKE = 400, 500
+_BAD_REQUEST, _NOT_FOUND, _MISTAKE = 400, 404, 500
 _YEAR_S = 31_536_000
 
 
@@ -58,6 +59,13 @@ def refuse(connection: HTTPConnection, status: int, key: str, **values: Value) -
 async def answer_mistake(request: Request, error: Exception) -> Response:
     """Answer where the program has made a mistake: in words, with the log's reference, no trace."""
     return refuse(request, _MISTAKE, "common-mistake", reference=mistake_of(error).reference)
+
+
+async def answer_no_route(request: Request, error: Exception) -> Response:
+    """Answer what no route takes, in words."""
+    status = error.status_code if isinstance(error, HTTPException) else _NOT_FOUND
+    key = "common-no_page" if status == _NOT_FOUND else "common-refused_method"
+    return refuse(request, status, key)
 
 
 async def choose_language(request: Request) -> Response:

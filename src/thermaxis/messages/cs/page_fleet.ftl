@@ -8,14 +8,12 @@ fleet-quiet = Ostatní: { $count }
 fleet-more = Dalších { $count }: vyberte podle druhu nebo jména.
 fleet-all = Všechny stroje
 fleet-look = Co je třeba prohlédnout
-
 fleet-need_set_aside = Odloženo
 fleet-do_set_aside = Noc tohoto stroje dvakrát selhala: řekněte tomu, kdo se o stroje stará.
 fleet-since = od { $day }
 fleet-need_sensors = Snímač
 fleet-need_proposal = Je navržen model
 fleet-do_proposal = Porovnejte, co zbývá předtím a potom, pak přijměte nebo odmítněte.
-
 fleet-kind = Druh
 fleet-every_kind = každý druh
 fleet-text = Jméno obsahuje
@@ -32,7 +30,6 @@ fleet-rmse = Zbývá [µm]
 fleet-mean = Průměr [µm]
 fleet-offset_mae = S dotyky [µm]
 fleet-found = Nález
-
 fleet-model = model
 fleet-models = Modely, které platily
 fleet-nights = Noci
@@ -46,12 +43,10 @@ fleet-mark_proposed = navržen model { $sha256 }
 fleet-mark_accepted = { $who }: přijato { $sha256 }: { $why }
 fleet-mark_rejected = { $who }: odmítnuto { $sha256 }: { $why }
 fleet-mark_withdrawn = { $who }: odvoláno { $sha256 }: { $why }
-
 fleet-axis = Osa { $axis }: hodnoty podle ISO 230-2 [{ $unit }]
 fleet-start = Začátek
 fleet-run = Běh
 fleet-drift_free = { $figure } bez driftu
-
 fleet-proposals = Návrhy
 fleet-proposed = Model { $sha256 }, navržený nocí na { $day }
 fleet-open = nikdo nerozhodl

@@ -8,14 +8,12 @@ fleet-quiet = Die übrigen: { $count }
 fleet-more = { $count } weitere: nach Art oder Name auswählen.
 fleet-all = Alle Maschinen
 fleet-look = Was anzusehen ist
-
 fleet-need_set_aside = Zurückgestellt
 fleet-do_set_aside = Die Nacht dieser Maschine ist zweimal gescheitert: wer die Flotte betreut, muss es wissen.
 fleet-since = seit { $day }
 fleet-need_sensors = Sensor
 fleet-need_proposal = Ein Modell ist vorgeschlagen
 fleet-do_proposal = Vergleichen, was vorher und nachher bleibt, dann annehmen oder ablehnen.
-
 fleet-kind = Art
 fleet-every_kind = jede Art
 fleet-text = Name enthält
@@ -32,7 +30,6 @@ fleet-rmse = Bleibt [µm]
 fleet-mean = Mittel [µm]
 fleet-offset_mae = Mit Antastungen [µm]
 fleet-found = Befund
-
 fleet-model = Modell
 fleet-models = Modelle, die in Kraft waren
 fleet-nights = Nächte
@@ -46,12 +43,10 @@ fleet-mark_proposed = Modell { $sha256 } vorgeschlagen
 fleet-mark_accepted = { $who } hat { $sha256 } angenommen: { $why }
 fleet-mark_rejected = { $who } hat { $sha256 } abgelehnt: { $why }
 fleet-mark_withdrawn = { $who } hat { $sha256 } zurückgezogen: { $why }
-
 fleet-axis = Achse { $axis }: Kenngrößen nach ISO 230-2 [{ $unit }]
 fleet-start = Beginn
 fleet-run = Lauf
 fleet-drift_free = { $figure } ohne Drift
-
 fleet-proposals = Vorschläge
 fleet-proposed = Modell { $sha256 }, vorgeschlagen von der Nacht zum { $day }
 fleet-open = niemand hat entschieden

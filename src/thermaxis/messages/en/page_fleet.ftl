@@ -8,14 +8,12 @@ fleet-quiet = The others: { $count }
 fleet-more = { $count } more: choose by kind or name.
 fleet-all = All machines
 fleet-look = What needs a look
-
 fleet-need_set_aside = Set aside
 fleet-do_set_aside = The night of this machine failed twice: tell whoever looks after the fleet.
 fleet-since = since { $day }
 fleet-need_sensors = Sensor
 fleet-need_proposal = A model is proposed
 fleet-do_proposal = Compare what is left before and after, then accept or reject it.
-
 fleet-kind = Kind
 fleet-every_kind = every kind
 fleet-text = Name contains
@@ -32,7 +30,6 @@ fleet-rmse = Left [µm]
 fleet-mean = Mean [µm]
 fleet-offset_mae = With touches [µm]
 fleet-found = Found
-
 fleet-model = model
 fleet-models = Models that were in force
 fleet-nights = Nights
@@ -46,12 +43,10 @@ fleet-mark_proposed = model { $sha256 } proposed
 fleet-mark_accepted = { $who } has accepted { $sha256 }: { $why }
 fleet-mark_rejected = { $who } has rejected { $sha256 }: { $why }
 fleet-mark_withdrawn = { $who } has withdrawn { $sha256 }: { $why }
-
 fleet-axis = Axis { $axis }: figures of ISO 230-2 [{ $unit }]
 fleet-start = Start
 fleet-run = Run
 fleet-drift_free = { $figure } without drift
-
 fleet-proposals = Proposals
 fleet-proposed = Model { $sha256 }, proposed by the night of { $day }
 fleet-open = nobody has decided
