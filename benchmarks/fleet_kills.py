@@ -14,7 +14,7 @@ from pathlib import Path
 from tests.system.fleet.cluster import VICTIMS, Cluster, found_in, make_fleet, undisturbed
 from tests.system.postgres import PASSWORD, new_server
 
-MACHINES_A_KILL = 8
+MACHINES_A_KILL = 5
 
 
 def main(kills: int, seed: int) -> int:

@@ -11,6 +11,8 @@ import time
 from datetime import timedelta
 from pathlib import Path
 
+import psutil
+
 from tests.unit.fleet import fleet_machines as machines
 from thermaxis.fleet import (
     Lake,
@@ -54,15 +56,27 @@ def main(nights: int, workers: int) -> None:
     for number in range(1, workers + 1):
         with dask_engine(workers=number) as engine:
             list(results_of(engine, work, jobs[: 2 * number]))
-            begin_s = time.perf_counter()
+            before_s, begin_s = _spent_s(), time.perf_counter()
             list(results_of(engine, nothing, range(200)))
-            empty_s = (time.perf_counter() - begin_s) / 200
+            middle_s, empty_s = _spent_s(), (time.perf_counter() - begin_s) / 200
             begin_s = time.perf_counter()
             list(results_of(engine, work, jobs))
-            wall_s = time.perf_counter() - begin_s
+            after_s, wall_s = _spent_s(), time.perf_counter() - begin_s
+            rss = [one.memory_info().rss / 2**20 for one in psutil.Process().children()]
+        empty = [(b - a) / 200 for a, b in zip(before_s, middle_s, strict=True)]
+        full = [(b - a) / nights for a, b in zip(middle_s, after_s, strict=True)]
+        print(f"Dask, {number} workers: {nights / wall_s:.2f} nights/s, {max(rss):.0f} MB each;")
+        print(f"  an empty job {empty_s:.4f} s by the clock, of a core {sum(empty):.4f} s")
         print(
-            f"Dask, {number} workers: {nights / wall_s:.2f} nights/s, an empty job {empty_s:.4f} s"
+            f"  of a core a night costs {full[0]:.4f} s here and {full[1]:.3f} s in the workers:"
+            f" the engine has {100 * (1 - cpu_s / sum(full)):.0f} %"
         )
+
+
+def _spent_s() -> tuple[float, float]:
+    """Return the processor time of this program (coordinator, scheduler) and of its workers. [s]"""
+    every = psutil.Process().children(recursive=True)
+    return time.process_time(), sum(sum(one.cpu_times()[:2]) for one in every)
 
 
 def _registry(folder: Path) -> None:

@@ -95,7 +95,7 @@ class Cluster:
     def _words(self, name: str) -> list[str]:
         if name == "scheduler":
             words = ["dask", "scheduler", "--protocol", "tls", "--port", str(self.port)]
-            return [*words, "--host", "127.0.0.1", "--no-dashboard"]
+            return [*words, "--host", "127.0.0.1", "--dashboard-address", "127.0.0.1:0"]
         if name == "coordinator":
             words = ["thermaxis", "fleet", "night", self.server.url, "--day", LAST.isoformat()]
             options = ["--password-file", str(self.secret), "--scheduler", self.scheduler]
@@ -181,10 +181,13 @@ class Cluster:
 
     def _waited_for(self, nights: int | None) -> bool:
         """Return whether so many are stored before all are done."""
-        until_s = time.monotonic() + 2.0 * LONGEST_S
+        stored, until_s = -1, 0.0
         while 0 not in self.codes:
-            if nights is not None and self.stored() >= nights:
+            found = self.stored()
+            if nights is not None and found >= nights:
                 return True
+            if found != stored:
+                stored, until_s = found, time.monotonic() + 2.0 * LONGEST_S
             if time.monotonic() > until_s:
                 raise TimeoutError(f"nothing comes: {self.told()}")
             self.mind()
