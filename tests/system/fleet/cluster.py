@@ -27,6 +27,12 @@ from thermaxis.fleet import NightJob, Registry, do_nights, serial_engine
 ROOT: Final = Path(__file__).parents[3]
 VICTIMS: Final = ("worker", "scheduler", "coordinator", "database")
 """What is killed."""
+SETTINGS: Final = {
+    "distributed.comm.require-encryption": "True",
+    "distributed.scheduler.allowed-failures": "0",
+    "distributed.scheduler.worker-saturation": "1.0",
+}
+"""Dask's configuration of a cluster, beside its certificate."""
 BACK: Final = 1
 _KINDS: Final = (GAIN, 1.3 * GAIN, GAIN)
 
@@ -106,12 +112,7 @@ class Cluster:
 
     def start(self, name: str) -> None:
         """Start a program; what it says is kept in a file of its name."""
-        settings = {
-            **self.configuration,
-            "distributed.comm.require-encryption": "True",
-            "distributed.scheduler.allowed-failures": "0",
-            "distributed.scheduler.worker-saturation": "1.0",
-        }
+        settings = {**SETTINGS, **self.configuration}
         own = {"PYTHONPATH": f"{ROOT / 'src'}:{ROOT}", "OMP_NUM_THREADS": "1"}
         with (self.folder / f"{name}.log").open("ab") as log:
             self.running[name] = subprocess.Popen(

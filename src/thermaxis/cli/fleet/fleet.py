@@ -89,7 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "processes on this computer (default: 0, in this one)",
         count("number", 0),
     )
-    add("--scheduler URL", "scheduler of a Dask cluster that exists: tcp://host:8786")
+    add("--scheduler URL", "scheduler of a Dask cluster that exists: tls://host:8786")
     add("--dry-run", "only say what is missing", bool)
     add_json(nights)
     shown = action("show", "show the machines' last night")
