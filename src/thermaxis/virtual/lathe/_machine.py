@@ -173,7 +173,8 @@ class VirtualLathe:
 
     def step_to(self, time_s: float) -> None:
         """Let time go by until a time; nothing happens if it has passed. [s]"""
-        self.step(max(0.0, time_s - self._time_s))
+        if time_s > self._time_s:
+            self.step(time_s - self._time_s)
 
     def _advance(self, seconds: float) -> None:
         if seconds <= 0.0:

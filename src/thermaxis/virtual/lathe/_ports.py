@@ -146,7 +146,7 @@ class LatheSource(Source):
 
     def _sample(self, reading: LatheReading, now: datetime | None) -> SourceSample:
         age_s = self._time.lathe.time_s - reading.stamp_s
-        stamp = None if now is None else now - timedelta(seconds=age_s)
+        stamp = now if now is None or age_s == 0.0 else now - timedelta(seconds=age_s)
         value = None if reading.value is None else float(reading.value)
         return SourceSample(value, reading.good, reading.status, age_s, stamp)
 
