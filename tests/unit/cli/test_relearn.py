@@ -22,6 +22,7 @@ from thermaxis.codes import Message
 from thermaxis.compensation import RequestKind, SampleQuality, cycle_state
 from thermaxis.files import read_model, write_model
 from thermaxis.runtime import (
+    DATUM,
     Applied,
     CycleRecord,
     SavedState,
@@ -73,6 +74,7 @@ def records(
         )
         touched = k % every == 0
         outcome = "excluded" if k % (31 * every) == 0 else "believed"
+        told = {"Z_um": outcome} if touched else {"Z_um": DATUM} if k == 1001 else {}
         samples = {
             "T_spindle_C": SourceSample(float(spindle_c[k]), True, "Good", 0.02, None),
             "T_column_C": SourceSample(22.0, True, "Good", 0.02, None),
@@ -92,7 +94,7 @@ def records(
                 channels=("T_spindle_C", "T_column_C"),
                 parts=(("spindle",),),
                 applied={"Z_um": Applied(None, float(acting_um[k]), None)},
-                touched={"Z_um": outcome} if touched else {},
+                touched=told,
             )
         )
     return found
@@ -167,6 +169,7 @@ def test_a_touch_is_freed_of_the_correction_that_acted_at_its_time(cycles: pl.La
     rise = log.columns["T_spindle_C"] - 22.0
     assert float(np.corrcoef(shown[touched], rise[touched])[0, 1]) > 0.8
     assert np.nanmax(shown) < 75.0, "no touch that was excluded"
+    assert np.flatnonzero(log.columns["datum"]).tolist() == [1001]
 
 
 def test_a_better_model_is_written_beside_and_nothing_is_changed(

@@ -478,6 +478,8 @@ async def test_a_datum_that_is_set_anew_makes_the_offset_leave_at_its_rate(by: s
         assert bench.machine.z_um == pytest.approx(GOAL_UM)
     bench.assert_law(late_cycles=1.0)
     assert [e.details["kind"] for e in bench.said("request")].count("datum") == 1
+    told = [record.touched["Z_um"] for record in bench.historian.records if record.touched]
+    assert told == ["believed", DATUM]
 
 
 async def test_where_nothing_is_touched_nobody_can_say_that_a_datum_was_set() -> None:

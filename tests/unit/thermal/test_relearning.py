@@ -64,6 +64,20 @@ def test_what_is_right_stays_though_the_tool_wears_and_chips_are_touched() -> No
     assert len(found.outputs[0].candidates) >= 3
 
 
+def test_a_datum_that_is_said_to_be_set_anew_is_as_good_as_none() -> None:
+    log = seen(Machine(slower=1.4), 4, night=3)
+    day = (log.time_s - log.time_s[0]) // 86_400.0
+    moved = log.columns["Z_um"] + 40.0 * (day % 3.0)
+    anew = np.diff(day, prepend=0.0)
+    plain = relearn(log, MODEL).outputs[0].taken
+    told = replace(log, columns={**log.columns, "Z_um": moved, "datum": anew})
+    found = relearn(told, MODEL).outputs[0].taken
+    assert plain is not None
+    assert found is not None
+    assert found.comparison.old_um == pytest.approx(plain.comparison.old_um, rel=0.1)
+    assert found.comparison.new_um == pytest.approx(plain.comparison.new_um, rel=0.1)
+
+
 def test_touches_that_judge_change_no_candidate() -> None:
     log = seen(Machine(slower=1.4), 4, night=3)
     newest = log.time_s > log.time_s[-1] - 86_400.0  # the last stretch that judges

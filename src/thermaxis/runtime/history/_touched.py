@@ -5,7 +5,7 @@ import polars as pl
 from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel, TouchOutcome
 from thermaxis.errors import DataError
-from thermaxis.runtime._ports import probe_name
+from thermaxis.runtime._ports import DATUM, probe_name
 from thermaxis.runtime.history._columns import TIME, input_column, output_column
 from thermaxis.runtime.history._parts import MINUTE
 from thermaxis.thermal import ThermalLog
@@ -32,6 +32,7 @@ def touched_log(cycles: pl.LazyFrame, model: CompensationModel, where: str) -> T
         Means over minutes. A touch shows the displacement plus the correction that acted at its
         time, by the machine's own word where that is recorded: the correction is taken away.
         Touches that were not believed are left out; a probe that is always there always counts.
+        `datum` is 1 where one was set anew.
 
     Raises
     ------
@@ -46,8 +47,11 @@ def touched_log(cycles: pl.LazyFrame, model: CompensationModel, where: str) -> T
             raise DataError("no_matching_column", known=(name,), place=Place(where))
         channels[name] = columns[0]
     minute = pl.col(TIME).dt.truncate("1m").alias(MINUTE)
-    means = cycles.group_by(minute).agg(pl.col(c).mean().alias(n) for n, c in channels.items())
-    found = means.sort(MINUTE).collect()
+    wanted = [pl.col(c).mean().alias(n) for n, c in channels.items()]
+    told = [c for c in (touch_column(output.name) for output in model.outputs) if c in known]
+    if told:
+        wanted.append(pl.any_horizontal(pl.col(c) == DATUM for c in told).any().alias(DATUM))
+    found = cycles.group_by(minute).agg(wanted).sort(MINUTE).collect()
     if not found.height:
         raise DataError("history_empty", place=Place(where))
     for output in model.outputs:

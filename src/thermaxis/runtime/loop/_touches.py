@@ -18,7 +18,7 @@ from thermaxis.compensation import (
     TouchOutcome,
     TouchRules,
 )
-from thermaxis.runtime._ports import SourceSample, counter_name, probe_name
+from thermaxis.runtime._ports import DATUM, SourceSample, counter_name, probe_name
 from thermaxis.runtime.loop._journal import Journal
 from thermaxis.runtime.loop._settings import LoopSettings
 from thermaxis.runtime.status import OutputTouches
@@ -44,7 +44,7 @@ class Touches:
     """
 
     def __init__(self, settings: LoopSettings = _ALONE) -> None:
-        self._settings = settings
+        self._settings, self._names = settings, tuple[str, ...]()
         self._seen: dict[str, tuple[float, float]] = {}  # counter, and when it was seen first [s]
         self._taken: dict[str, float] = {}
         self._stood_s: dict[str, float] = {}  # when the counter had not risen yet
@@ -52,7 +52,7 @@ class Touches:
         self._count, self._typed = 0, Touch("", 0.0, -math.inf)
         self._last: dict[str, OutputTouches] = {}
         self.outcomes: dict[str, str] = {}
-        """What became of a touch in this cycle, by output."""
+        """What became of a touch in this cycle, or `DATUM`, by output."""
 
     def take(
         self,
@@ -69,7 +69,7 @@ class Touches:
         if not compensation.touches:
             return samples, ()
         touches: list[Touch] = []
-        left, before = dict(samples), self._count
+        left, before, self._names = dict(samples), self._count, tuple(compensation.touches)
         for output, own in zip(compensation.model.outputs, compensation.probed, strict=True):
             if own is None:
                 continue
@@ -125,8 +125,9 @@ class Touches:
     def judged(
         self, journal: Journal, touches: tuple[Touch, ...], output: CycleOutput, utc: datetime
     ) -> None:
-        """Keep and tell what became of the touches of a cycle."""
-        self.outcomes = {}
+        """Keep and tell what became of the touches of a cycle, and that a datum was set anew."""
+        anew = any(answer.code is AnswerCode.TOUCHES_FORGOTTEN for answer in output.answers)
+        self.outcomes = dict.fromkeys(self._names, DATUM) if anew else {}
         for touch, outcome in zip(touches, output.touch_outcomes, strict=True):
             name, value_um = touch.output, touch.value_um
             if outcome is TouchOutcome.UNKNOWN_OUTPUT:

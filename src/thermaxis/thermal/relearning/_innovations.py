@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.verification import likeliest_drift
@@ -40,9 +41,16 @@ class Innovations:
         return (found.T / self.std_um).T
 
 
-def innovations_of(time_s: FloatArray, noise_um: float, drift_um_per_root_h: float) -> Innovations:
-    """Return the filter of touches at times, (m,); nothing is known before the first."""
+def innovations_of(
+    time_s: FloatArray,
+    noise_um: float,
+    drift_um_per_root_h: float,
+    anew: NDArray[np.bool_] | None = None,
+) -> Innovations:
+    """Return the filter of touches at times, (m,); nothing is known before the first, or anew."""
     grown_um2 = drift_um_per_root_h**2 * np.diff(time_s, prepend=time_s[:1]) / 3600.0
+    if anew is not None:
+        grown_um2[anew] = _UNKNOWN_UM2
     gain, std_um = np.empty_like(time_s), np.empty_like(time_s)
     p_um2 = _UNKNOWN_UM2
     for k, q in enumerate(grown_um2.tolist()):

@@ -65,6 +65,7 @@ what drifts beside it: it is judged by few touches. [1]"""
 MOST_INPUTS = 4
 """Among more inputs is chosen, as `identify --candidates` does. [1]"""
 _BRIEF = ModalOptions(intervals=False)
+_DATUM = "datum"
 _STEPS, _DELTA, _LARGEST_STEP = 6, 0.02, 0.5
 
 
@@ -144,7 +145,8 @@ def relearn(
     ----------
     log : ThermalLog
         Temperatures by rows of even times, such as minutes, and in columns named as the outputs of
-        the model the displacement without correction where a touch was taken, else NaN.
+        the model the displacement without correction where a touch was taken, else NaN. A column
+        `datum` is 1 where one was set anew: the first touch after that tells nothing.
     model : CompensationModel
         The model in force.
     options : RelearnOptions, optional
@@ -240,6 +242,9 @@ class _Output:
         self._time_s = log.time_s[self._rows]
         self._shown_um = shown_um[self._rows]
         self._left_um = self._shown_um - said_um[self._rows]
+        datums = np.flatnonzero(log.columns.get(_DATUM, np.zeros(0)) == 1.0)
+        self._anew = np.diff(np.searchsorted(datums, self._rows, side="right"), prepend=0) > 0
+        self._since = np.maximum.accumulate(np.where(self._anew, np.arange(self._anew.size), 0))
         ends_s = float(log.time_s[-1]) - asked.judged_s * np.linspace(1.0, 0.0, FOLDS + 1)
         self._cuts_s: list[float] = ends_s[:-1].tolist()
         self._fold = np.searchsorted(ends_s[:-1], self._time_s, side="right") - 1
@@ -257,7 +262,8 @@ class _Output:
             return self._none(touches, (), Message("relearn-few_touches", counts))
         rules = self._asked.filters.get(self._output.name, TouchFilter())
         noise = likeliest(self._time_s[seen], self._left_um[seen], rules.noise_um)
-        self._filter, self._drift_um_per_root_h = innovations_of(self._time_s, *noise), noise[1]
+        self._filter = innovations_of(self._time_s, *noise, self._anew)
+        self._drift_um_per_root_h = noise[1]
         newest = dict(self._candidates(FOLDS - 1, anew=True))
         anew = None in newest and self._leaves_less(newest[None][1])
         folds = [dict(self._candidates(k, anew=anew)) for k in range(FOLDS - 1)]
@@ -368,7 +374,7 @@ class _Output:
         self, learnt_s: float | None, models: Sequence[_Model], false_rate: float
     ) -> Candidate | None:
         """Compare the models of each stretch, by its touches, with the one in force."""
-        judged = self._fold >= 0
+        judged = (self._fold >= 0) & ~self._anew
         old, new = self._filter.of(self._left_um), np.zeros_like(self._left_um)
         free, since_h = np.zeros((2, judged.size)), np.zeros(judged.size)
         for k, (_, said_um) in enumerate(models):
@@ -376,7 +382,9 @@ class _Output:
             since_h[own] = (self._time_s[own] - self._time_s[self._fold < k][-1]) / 3600.0
             new[own] = self._filter.of(left_um)[own]
             for row, each in enumerate((self._left_um, left_um)):
-                free[row, own] = each[own] - np.mean(each[self._fold < k][-3:])
+                before_um = np.mean(each[self._fold < k][-3:])
+                later = self._fold[self._since[own]] == k  # a datum within the stretch
+                free[row, own] = each[own] - np.where(later, each[self._since[own]], before_um)
         block = (self._time_s[judged] // BLOCK_S).astype(np.intp).tolist()
         found = compared(old[judged], new[judged], self._filter.std_um[judged], block, false_rate)
         if found is None:
@@ -395,7 +403,7 @@ class _Output:
 
     def _condemned(self, best: Candidate) -> str | None:
         """Return what does for the newest touches what the model does, or why it is not fit."""
-        newest = self._fold == FOLDS - 1
+        newest = (self._fold == FOLDS - 1) & ~self._anew
         records = _records(self._log, self._cuts_s[-1], self._model, self._output.name)
 
         def left_by(model: CompensationModel) -> float:
