@@ -68,6 +68,7 @@ FREE = (
     "identify.findings[].values",
     "machine.channels",
     "drift.diagnosis[].message",
+    "machine.axes[].runs[].findings[].message",
 )
 """Objects whose keys come from a file, are numbers of cycles, options of one control, or those of
 what is said as data."""

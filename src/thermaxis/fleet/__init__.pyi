@@ -1,9 +1,9 @@
 from ._axes import (
     AxisChange as AxisChange,
     AxisRun as AxisRun,
-    AxisStep as AxisStep,
     AxisTrend as AxisTrend,
     axis_run as axis_run,
+    axis_run_as_json as axis_run_as_json,
     axis_trends as axis_trends,
 )
 from ._engine import (

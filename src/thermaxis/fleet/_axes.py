@@ -9,15 +9,15 @@ makes: with few runs that seem to agree by chance nothing is named.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from itertools import groupby
-from typing import Any, Final, NamedTuple, final
+from typing import Any, Final, final
 
 import numpy as np
 
 from thermaxis.codes import Message, message_as_json, value_of_json
-from thermaxis.positioning import Finding, PositioningTest, diagnose
+from thermaxis.positioning import FIGURE_KEYS, Finding, PositioningTest, diagnose
 from thermaxis.positioning.drift import special
 from thermaxis.quantities import AxisKind
 from thermaxis.report.trend import (
@@ -37,8 +37,17 @@ _FEWEST: Final = 3
 _YEAR: Final = timedelta(days=365.25)
 _NO_FAULTS: Final = frozenset({"drift_reversal", "temperature_channel", "hidden_period"})
 """Findings on the thermal state of a run and on its targets."""
-_PLAIN = ("kind", "targets", "first_target", "last_target", "cycles", "air_c")
-_SIDES = ("measured", "drift_free")
+_PLAIN = (
+    "axis",
+    "name",
+    "sha256",
+    "kind",
+    "targets",
+    "first_target",
+    "last_target",
+    "cycles",
+    "air_c",
+)
 
 
 @final
@@ -76,32 +85,27 @@ class AxisRun:
     """What the diagnosis has found, faults of the axis first."""
 
 
-class AxisStep(NamedTuple):
-    """A figure at two levels."""
-
-    size: float
-    """Mean from a run on minus mean before it. [µm or arcsec]"""
-    at: datetime
-    """Start of that run."""
-    p_value: float
-    """Probability of so much by chance at any run. [1]"""
-
-
 @final
 @dataclass(frozen=True, slots=True)
 class AxisChange:
-    """How a figure changes over the runs of an axis."""
+    """How a figure changes over the runs of an axis; None with fewer than three runs."""
 
     ends: TrendChange
     """From the first run to the last."""
     per_year: float | None = None
-    """Slope of the straight line; None with fewer than three runs. [µm or arcsec per year]"""
-    per_year_interval: tuple[float, float] | None = None
-    """Its interval of 95 %. [µm or arcsec per year]"""
+    """Slope of the straight line. [µm or arcsec per year]"""
+    per_year_low: float | None = None
+    """Its interval of 95 %, from. [µm or arcsec per year]"""
+    per_year_high: float | None = None
+    """To. [µm or arcsec per year]"""
     per_year_p_value: float | None = None
     """Probability of so much by chance. [1]"""
-    step: AxisStep | None = None
-    """The likeliest step; None with fewer than three runs."""
+    step: float | None = None
+    """The likeliest step: mean from a run on minus mean before it. [µm or arcsec]"""
+    step_at: datetime | None = None
+    """Start of that run."""
+    step_p_value: float | None = None
+    """Probability of so much by chance at any run. [1]"""
 
 
 @final
@@ -174,29 +178,45 @@ def axis_run(
     )
 
 
-def axis_run_as_json(run: AxisRun) -> dict[str, object]:
-    """Return what the registry keeps of a run beside machine, axis, name, hash and start."""
-    plain = {key: getattr(run, key) for key in _PLAIN}
-    sides = {side: {key: asdict(one) for key, one in getattr(run, side).items()} for side in _SIDES}
-    findings = [
-        {key: getattr(one, key) for key in ("finding", "value", "unit", "p_value")}
-        | {"message": message_as_json(one.message)}
-        for one in run.findings
-    ]
-    return {**plain, **sides, "findings": findings}
-
-
-def axis_run_of_json(columns: Mapping[str, Any], content: Mapping[str, Any]) -> AxisRun:
-    """Return the run of which `axis_run_as_json` was kept beside its columns."""
-    plain = {key: content[key] for key in _PLAIN}
-    sides: dict[str, Any] = {
-        side: {key: TrendFigure(**one) for key, one in content[side].items()} for side in _SIDES
+def axis_run_as_json(run: AxisRun) -> dict[str, Any]:
+    """Return a run as JSON has it, and the registry keeps it."""
+    return {
+        **{key: getattr(run, key) for key in _PLAIN},
+        "start": run.start.isoformat(),
+        **_by_key(run.measured),
+        "drift": _by_key(run.drift_free) if run.drift_free else None,
+        "findings": [
+            {key: getattr(one, key) for key in ("finding", "value", "unit", "p_value")}
+            | {"message": message_as_json(one.message)}
+            for one in run.findings
+        ],
     }
+
+
+def _by_key(figures: Mapping[str, TrendFigure]) -> dict[str, object]:
+    values = {key: getattr(figures.get(key), "value", None) for key in FIGURE_KEYS}
+    stated = {key: getattr(figures.get(key), "expanded_uncertainty", None) for key in FIGURE_KEYS}
+    return {"iso230_2": values, "uncertainty": stated}
+
+
+def _figures(side: Mapping[str, Any]) -> dict[str, TrendFigure]:
+    values, stated = side["iso230_2"], side["uncertainty"]
+    return {k: TrendFigure(values[k], stated[k]) for k in FIGURE_KEYS if values[k] is not None}
+
+
+def axis_run_of_json(machine: str, content: Mapping[str, Any]) -> AxisRun:
+    """Return the run of a machine that `axis_run_as_json` has written."""
     findings: list[Any] = [
         {**one, "message": value_of_json(one["message"])} for one in content["findings"]
     ]
-    found = tuple(Finding(**one) for one in findings)
-    return AxisRun(**columns, **plain, **sides, findings=found)
+    return AxisRun(
+        **{key: content[key] for key in _PLAIN},
+        machine=machine,
+        start=datetime.fromisoformat(content["start"]),
+        measured=_figures(content),
+        drift_free=_figures(content["drift"]) if content["drift"] else {},
+        findings=tuple(Finding(**one) for one in findings),
+    )
 
 
 def axis_trends(runs: Sequence[AxisRun]) -> tuple[AxisTrend, ...]:
@@ -228,8 +248,8 @@ def _trend(every: tuple[AxisRun, ...]) -> AxisTrend:
 
     runs = tuple(run for run in every if same_part(run))
     apart = tuple(run for run in every if not same_part(run))
-    keys = shown_figures(runs) if len(runs) > 1 else ()
-    ends = [change for key in keys if (change := change_of(runs, key)) is not None]
+    sides = [(run.measured, run.drift_free) for run in runs]
+    ends = [one for key in shown_figures(sides) if (one := change_of(sides, key)) is not None]
     changes = tuple(_change(runs, one) for one in ends)
     remarks = [said for one in changes if (said := _named(one, len(changes), newest))]
     if apart:
@@ -266,26 +286,22 @@ def _change(runs: Sequence[AxisRun], ends: TrendChange) -> AxisChange:
     half = std * float(special().stdtrit(n - 2, 0.5 + 0.5 * _COVERAGE))
     tried = [(fitted((np.arange(n) >= k).astype(float)), k) for k in range(1, n)]
     (size, _, step_p), k = min(tried, key=lambda one: one[0][2])
-    step = AxisStep(size, starts[k], min(1.0, step_p * (n - 1)))
-    return AxisChange(ends, slope, (slope - half, slope + half), p, step)
+    step_p = min(1.0, step_p * (n - 1))
+    return AxisChange(ends, slope, slope - half, slope + half, p, size, starts[k], step_p)
 
 
 def _named(change: AxisChange, figures: int, newest: AxisRun) -> Message | None:
     """Name the likelier one of line and step, where chance hardly makes it."""
-    step, line_p = change.step, change.per_year_p_value
-    if step is None or line_p is None or min(step.p_value, line_p) * figures >= LEVEL:
+    line_p, step_p = change.per_year_p_value, change.step_p_value
+    if line_p is None or step_p is None or min(step_p, line_p) * figures >= LEVEL:
         return None
-    values: dict[str, Any] = {
-        "axis": newest.axis,
-        "figure": change.ends.key,
-        "unit": AxisKind(newest.kind).units.deviation,
-    }
-    if step.p_value < line_p:
-        values |= {"size": step.size, "start": f"{step.at:%Y-%m-%d}"}
-        return Message("axis-step", values)
-    low, high = change.per_year_interval or (math.nan, math.nan)
-    values |= {"per_year": change.per_year, "low": low, "high": high}
-    return Message("axis-slope", values)
+    values: dict[str, Any] = {"axis": newest.axis, "figure": change.ends.key}
+    values |= {"unit": AxisKind(newest.kind).units.deviation}
+    if step_p < line_p:
+        start = f"{change.step_at:%Y-%m-%d}"
+        return Message("axis-step", values | {"size": change.step, "start": start})
+    interval = {"low": change.per_year_low, "high": change.per_year_high}
+    return Message("axis-slope", values | {"per_year": change.per_year, **interval})
 
 
 def _new_faults(runs: Sequence[AxisRun]) -> list[Message]:

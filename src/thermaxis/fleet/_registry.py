@@ -156,7 +156,6 @@ _axis_runs = sa.Table(
     sa.Column("machine_id", _ID, sa.ForeignKey("machines.id"), nullable=False),
     sa.Column("axis", sa.Text, nullable=False),
     sa.Column("start_utc", _MOMENT, nullable=False),
-    sa.Column("name", sa.Text, nullable=False),
     sa.Column("sha256", sa.Text, nullable=False, unique=True),
     sa.Column("result", sa.Text, nullable=False),
     sa.Column("added_utc", _MOMENT, nullable=False),
@@ -754,7 +753,6 @@ class Registry:
                 "machine_id": machine_id,
                 "axis": run.axis,
                 "start_utc": run.start,
-                "name": run.name,
                 "sha256": run.sha256,
                 "result": json.dumps(axis_run_as_json(run), allow_nan=False),
                 "added_utc": datetime.now(UTC),
@@ -778,25 +776,13 @@ class Registry:
             machine = renamed.get(machine, machine)
             names = [machine, *(old for old, new in renamed.items() if new == machine)]
             query = (
-                sa.select(run.axis, run.name, run.sha256, run.start_utc, run.result)
+                sa.select(run.result)
                 .join(_machines, c.id == run.machine_id)
                 .where(c.name.in_(names))
                 .order_by(run.axis, run.start_utc)
             )
-            rows = connection.execute(query).all()
-        return [
-            axis_run_of_json(
-                {
-                    "machine": machine,
-                    "axis": axis,
-                    "name": name,
-                    "sha256": sha256,
-                    "start": _utc(start),
-                },
-                json.loads(result),
-            )
-            for axis, name, sha256, start, result in rows
-        ]
+            rows = connection.execute(query).scalars().all()
+        return [axis_run_of_json(machine, json.loads(row)) for row in rows]
 
 
 def _night_of(row: Sequence[Any]) -> StoredNight:

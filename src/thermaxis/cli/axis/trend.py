@@ -176,16 +176,15 @@ def _run(run: report.TrendRun) -> list[Part]:
         Value("first_target", test.target[0]),
         Value("last_target", test.target[-1]),
         Value("cycles", test.cycles),
-        *by_figure(run.measured),
+        *_by_figure(run.measured),
     ]
     if drift is None:
         return [*parts, Value("drift", None)]
     values = values_of(drift, "model", "total", "total_per_m")
-    return [*parts, Section("drift", [*values, *by_figure(run.drift_free)])]
+    return [*parts, Section("drift", [*values, *_by_figure(run.drift_free)])]
 
 
-def by_figure(figures: Mapping[str, report.TrendFigure]) -> list[Value]:
-    """Return the figures of a run for the JSON."""
+def _by_figure(figures: Mapping[str, report.TrendFigure]) -> list[Value]:
     values = {key: getattr(figures.get(key), "value", None) for key in FIGURE_KEYS}
     stated = {key: getattr(figures.get(key), "expanded_uncertainty", None) for key in FIGURE_KEYS}
     return [Value("iso230_2", values), Value("uncertainty", stated)]

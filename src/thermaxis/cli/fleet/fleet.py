@@ -18,8 +18,8 @@ from thermaxis.cli._database import add_password_file, database_of
 from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
 from thermaxis.cli._reading import Reading, add_reading, reading_of
-from thermaxis.cli.axis.trend import by_figure, values_of_change
-from thermaxis.codes import NOWHERE, Place, message_as_json, printable
+from thermaxis.cli.axis.trend import values_of_change
+from thermaxis.codes import NOWHERE, Place, printable
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.files import (
     format_model,
@@ -32,7 +32,7 @@ from thermaxis.files import (
 from thermaxis.messages import remedy_of, sentence, sentence_of, text_of
 from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_SYMBOLS
-from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of, values_of
+from thermaxis.report.tables import Part, Table, Value, as_json, messages_of, values_of
 from thermaxis.report.trend import shown_figures
 from thermaxis.runtime import PROPOSAL_SUFFIX, read_machine
 
@@ -261,40 +261,26 @@ def _collected(
 
 
 def _axis(trend: fleet.AxisTrend) -> list[Value]:
+    changed = ("per_year", "per_year_low", "per_year_high", "per_year_p_value")
+    stepped = ("step", "step_at", "step_p_value")
     return [
         *values_of(trend, "axis", "kind"),
-        Value("runs", [as_json(_axis_run(run)) for run in trend.runs]),
-        Value("apart", [as_json(_axis_run(run)) for run in trend.apart]),
-        Value("changes", [as_json(_axis_change(change)) for change in trend.changes]),
+        Value("runs", [fleet.axis_run_as_json(run) for run in trend.runs]),
+        Value("apart", [run.name for run in trend.apart]),
+        Value(
+            "changes",
+            [
+                as_json([*values_of_change(one.ends), *values_of(one, *changed, *stepped)])
+                for one in trend.changes
+            ],
+        ),
         *messages_of("remarks", trend.remarks),
-    ]
-
-
-def _axis_run(run: fleet.AxisRun) -> list[Part]:
-    return [
-        *values_of(run, "name", "sha256", "start", "targets", "first_target", "last_target"),
-        *values_of(run, "cycles", "air_c"),
-        *by_figure(run.measured),
-        Section("drift", by_figure(run.drift_free)) if run.drift_free else Value("drift", None),
-        Value("finding_codes", [message_as_json(one.message) for one in run.findings]),
-    ]
-
-
-def _axis_change(change: fleet.AxisChange) -> list[Value]:
-    low, high = change.per_year_interval or (None, None)
-    step = change.step
-    return [
-        *values_of_change(change.ends),
-        *values_of(change, "per_year", "per_year_p_value"),
-        Value("per_year_low", low),
-        Value("per_year_high", high),
-        Value("step", None if step is None else step._asdict()),
     ]
 
 
 def _axis_table(trend: fleet.AxisTrend) -> Table:
     unit = AxisKind(trend.kind).units.deviation
-    keys = shown_figures(trend.runs)
+    keys = shown_figures([(run.measured, run.drift_free) for run in trend.runs])
     rows = [
         [
             Value("", f"{run.start:%Y-%m-%d}", "start"),

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from types import MappingProxyType
-from typing import Protocol, TypeAlias, final
+from typing import TypeAlias, final
 
 import numpy as np
 
@@ -48,18 +48,8 @@ class TrendFigure:
     """Expanded uncertainty (95.45 %) from noise and drift; None if not known. [µm or arcsec]"""
 
 
-class RunFigures(Protocol):
-    """A run by its figures alone."""
-
-    @property
-    def measured(self) -> Mapping[str, TrendFigure]:
-        """Figures as measured, by key; absent ones are left out."""
-        ...
-
-    @property
-    def drift_free(self) -> Mapping[str, TrendFigure]:
-        """Figures without drift, by key; empty if the drift is not known."""
-        ...
+RunFigures: TypeAlias = tuple[Mapping[str, TrendFigure], Mapping[str, TrendFigure]]
+"""Figures of a run as measured and without drift, by key; absent ones are left out."""
 
 
 @final
@@ -121,15 +111,15 @@ class Trend:
     @property
     def figures(self) -> tuple[str, ...]:
         """Keys of the figures that tables and charts show."""
-        return shown_figures(self.runs)
+        return shown_figures([(run.measured, run.drift_free) for run in self.runs])
 
 
 def shown_figures(runs: Sequence[RunFigures]) -> tuple[str, ...]:
     """Return the keys of the figures that tables and charts show of runs."""
-    shown = [key for key in MAIN_FIGURES if any(key in run.measured for run in runs)]
+    shown = [key for key in MAIN_FIGURES if any(key in measured for measured, _ in runs)]
     if "E" not in shown:  # every run is unidirectional
         one = [key for key in FIGURE_KEYS if key.endswith(("_forward", "_backward"))]
-        shown = [key for key in one if any(key in run.measured for run in runs)]
+        shown = [key for key in one if any(key in measured for measured, _ in runs)]
     return tuple(shown)
 
 
@@ -178,9 +168,9 @@ def evaluate_trend(
         progress("runs", len(tests), len(tests))
     ordered, dates, remark = _in_order(runs)
     trend = Trend(tuple(ordered), dates, (), ())
-    changes = tuple(
-        change for key in trend.figures if (change := change_of(ordered, key)) is not None
-    )
+    sides = [(run.measured, run.drift_free) for run in ordered]
+    found = (change_of(sides, key) for key in trend.figures)
+    changes = tuple(change for change in found if change is not None)
     warnings = (*remark, *_incomparable(ordered), *said)
     return Trend(tuple(ordered), dates, changes, warnings)
 
@@ -255,10 +245,8 @@ def change_of(runs: Sequence[RunFigures], key: str) -> TrendChange | None:
     """Return how a figure changed from the first run to the last; None if one lacks it."""
     if len(runs) < 2:
         return None
-    drift_free = all(key in run.drift_free for run in (runs[0], runs[-1]))
-    first, last = (
-        (run.drift_free if drift_free else run.measured).get(key) for run in (runs[0], runs[-1])
-    )
+    drift_free = all(key in free for _, free in (runs[0], runs[-1]))
+    first, last = (run[drift_free].get(key) for run in (runs[0], runs[-1]))
     if first is None or last is None:
         return None
     both = (first.expanded_uncertainty, last.expanded_uncertainty)
