@@ -50,43 +50,38 @@ _MOST_NAMED = 8
 def without_far_touches(records: Records) -> tuple[Records, dict[str, tuple[Message, ...]]]:
     """Return records without far touches, and what was left out or moved, by output."""
     said: dict[str, tuple[Message, ...]] = {}
-    logs = {id(log): log for log in records.logs}
+    logs = list(records.logs)
     for name, experiments in records.experiments.items():
-        own = [log for log in records.logs if has_output(log, name)]
-        for log, one in zip(own, experiments, strict=True):
+        own = [k for k, log in enumerate(logs) if has_output(log, name)]
+        for number, one in zip(own, experiments, strict=True):
             rows = np.flatnonzero(~np.isnan(one.y))
             if not FEWEST <= rows.size <= SPARSE * one.y.size:
                 continue
             chips, moves = _far(one, rows)
             if not chips and not moves:
                 continue
-            time_s: FloatArray = rows.astype(np.float64) * one.sample_time_s
+            log, column = logs[number], logs[number].name_of(name)
             row = np.floor(log.time_s / one.sample_time_s + _EARLIER)
             values = log.column(name, unit="um").copy()
-            for k in chips:
-                values[row == rows[k]] = np.nan
+            values[np.isin(row, rows[list(chips)])] = np.nan
             for k, um in moves.items():
                 values[row >= rows[k]] -= um
-            known, column = logs[id(log)], log.name_of(name)
-            logs[id(log)] = replace(
-                known,
-                columns={**known.columns, column: values},
-                units={**known.units, column: "um"},
-            )
-            said[name] = (
-                *said.get(name, ()),
-                *_messages(log, "touches_excluded", time_s, chips),
-                *_messages(log, "datum_moved", time_s, moves),
-            )
+            columns, units = {**log.columns, column: values}, {**log.units, column: "um"}
+            logs[number] = replace(log, columns=columns, units=units)
+            time_s: FloatArray = rows.astype(np.float64) * one.sample_time_s
+            told = _messages(log, "touches_excluded", time_s, chips)
+            told += _messages(log, "datum_moved", time_s, moves)
+            said[name] = said.get(name, ()) + told
     if not said:
         return records, said
-    return records_of(
-        list(logs.values()),
+    cleaned = records_of(
+        logs,
         records.inputs,
         list(records.experiments),
         sample_time_s=records.sample_time_s,
         reference_s=records.reference_s,
-    ), said
+    )
+    return cleaned, said
 
 
 def _messages(
