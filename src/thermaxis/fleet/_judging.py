@@ -32,6 +32,8 @@ FALSE_SHARE: Final = 0.02
 """Share of the named that is expected to be named by chance. [1]"""
 SISTERS: Final = 8
 """With fewer machines of its kind a machine is compared with those of all kinds. [1]"""
+MANY: Final = 50
+"""The spread of fewer sisters is known too badly to be less than what is expected. [1]"""
 
 
 @final
@@ -77,6 +79,8 @@ _LEARNT = (SignKind.LEVEL, SignKind.MEAN, SignKind.REST)
 _GROWS = (SignKind.SWAP, SignKind.REST)
 _STILL = frozenset({"log-stuck", "log-constant", "log-never_measured"})
 _WINDOWS = (1, 2, 3, 5, 8, 14)
+_WITHIN = 0.05
+"""Of a machine that is named, signs that chance shows in fewer such machines are causes. [1]"""
 _INDEPENDENT = 4.0
 """Windows overlap: they count as so many. [1]"""
 _PRIOR, _FAR = 4.0, 3.0
@@ -133,7 +137,8 @@ class _Found(NamedTuple):
 
     p_value: float
     z: float
-    formal: float
+    formal: tuple[float, ...]
+    """By window."""
     sign: SignKind
     output: str
     of: str
@@ -209,7 +214,7 @@ def judge(nights: Iterable["StoredNight"], day: date) -> list[Judgement]:
         q_value = q_of[k]
         sure = q_value is not None and q_value <= FALSE_SHARE
         of_sign = dict(zip(SignKind, tests[k].tolist(), strict=True))
-        likely = [f for f in found[k] if sure and f.p_value * of_sign[f.sign] <= FALSE_SHARE]
+        likely = [f for f in found[k] if sure and f.p_value * of_sign[f.sign] <= _WITHIN]
         channels = round(of_sign[SignKind.LEVEL] / max(np.count_nonzero(tests[k]), 1))
         reasons = _reasons(still.get(name, {}), likely, channels)
         first = next(iter(reasons.values()), None)
@@ -315,8 +320,9 @@ def _departures(key: _Key, table: _F, kinds: NDArray[np.intp]) -> tuple[_F, dict
     shapes = [np.ones(w) for w in _WINDOWS]
     if sign is SignKind.MEAN:
         shapes = [*shapes[2:], *((np.arange(w) + 0.5) / w for w in _WINDOWS[2:])]
-    best = np.zeros((count, 4))  # z, formal, departure, window
-    for shape in shapes:
+    best = np.zeros((count, 3))  # z, departure, window
+    every = np.zeros((count, len(shapes)))
+    for number, shape in enumerate(shapes):
         w = shape.size
         d, g = departure[:, -w:], weight[:, -w:]
         total = np.sum(shape**2 * g, axis=1)
@@ -339,13 +345,15 @@ def _departures(key: _Key, table: _F, kinds: NDArray[np.intp]) -> tuple[_F, dict
             better &= beyond > 0.0
         if sign is SignKind.SWAP:  # the likelihood of 1 against 0
             formal = np.sqrt(np.maximum(2.0 * t - 1.0, 0.0)) / s
-        candidate = np.column_stack([z, formal, beyond, np.full(count, w)])
+        every[:, number] = formal
+        candidate = np.column_stack([z, beyond, np.full(count, w)])
         best = np.where(better[:, None], candidate, best)
     p_values = np.minimum(2.0 * ndtr(-np.abs(best[:, 0])) * _INDEPENDENT, 1.0)
-    back = np.minimum(best[:, 3] - 1, JUDGED_DAYS - 1 - first)
+    back = np.minimum(best[:, 2] - 1, JUDGED_DAYS - 1 - first)
     found: dict[int, _Found] = {}
-    for k in np.flatnonzero(best[:, 3]).tolist():
-        z, formal, beyond, _ = best[k].tolist()
+    for k in np.flatnonzero(best[:, 2]).tolist():
+        z, beyond, _ = best[k].tolist()
+        formal = tuple(np.abs(every[k]).tolist())
         found[k] = _Found(float(p_values[k]), z, formal, *key, beyond, int(back[k]))
     return p_values, found
 
@@ -373,8 +381,8 @@ def _sisters(t: _F, s: _F, kinds: NDArray[np.intp], seen: _B, least: float) -> t
         if np.count_nonzero(rows) >= SISTERS:
             middle = float(np.median(t[rows]))
             z = np.abs(t[rows] - middle) / s[rows]
-            wide = (_NORMAL_MEDIAN * np.median(z), np.quantile(z, 0.9) / _NORMAL_90, least)
-            centre[of], spread[of] = middle, max(wide)
+            wide = (_NORMAL_MEDIAN * np.median(z), np.quantile(z, 0.9) / _NORMAL_90)
+            centre[of], spread[of] = middle, max(*wide, least if z.size >= MANY else 1.0)
     return centre, spread
 
 
@@ -401,7 +409,9 @@ def _reasons(
     channels that have gone apart by as much, one up and one down, are exchanged.
     """
     by_model = [f for f in likely if CAUSES[f.sign] in _BY_MODEL]
-    best = max(by_model, key=lambda f: abs(f.formal), default=None)
+    nights = max((f.back for f in by_model), default=0)
+    same = sum(w <= nights for w in _WINDOWS[:-1])  # all of them over the longest window
+    best = max(by_model, key=lambda f: f.formal[same], default=None)
     levels = sorted((f for f in likely if f.sign is SignKind.LEVEL), key=lambda f: f.departure)
     if channels > 2 and len(levels) > 1:
         low, high = levels[0], levels[-1]
@@ -409,10 +419,11 @@ def _reasons(
             best = high._replace(sign=SignKind.SWAP, of=f"{low.of},{high.of}", output="")
             likely = [best, *likely]
 
-    def rank(one: _Found) -> tuple[int, float]:
-        cause = CAUSES[one.sign]
-        cause = Cause.GAIN if cause in _BY_MODEL and one is not best else cause
-        return list(Cause).index(cause), -abs(one.formal)
+    def rank(one: _Found) -> tuple[int, bool, float]:
+        cause, first = CAUSES[one.sign], one is best
+        if cause in _BY_MODEL and not (first and cause is Cause.SENSORS_SWAPPED):
+            cause = Cause.GAIN
+        return list(Cause).index(cause), not first, -abs(one.z)
 
     found: dict[Cause, tuple[int, str, Message]] = {}
     for channel, back in still.items():
