@@ -9,7 +9,7 @@ makes: with few runs that seem to agree by chance nothing is named.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from itertools import groupby
 from typing import Any, Final, final
@@ -38,15 +38,8 @@ _YEAR: Final = timedelta(days=365.25)
 _NO_FAULTS: Final = frozenset({"drift_reversal", "temperature_channel", "hidden_period"})
 """Findings on the thermal state of a run and on its targets."""
 _PLAIN = (
-    "axis",
-    "name",
-    "sha256",
-    "kind",
-    "targets",
-    "first_target",
-    "last_target",
-    "cycles",
-    "air_c",
+    *("axis", "name", "sha256", "kind", "targets"),
+    *("first_target", "last_target", "cycles", "air_c"),
 )
 
 
@@ -123,7 +116,7 @@ class AxisTrend:
     """Runs of another part of the axis than the newest one's, which are not compared."""
     changes: tuple[AxisChange, ...]
     """Changes of the shown figures; empty with one run."""
-    remarks: tuple[Message, ...] = field(default=())
+    remarks: tuple[Message, ...]
     """What is named: a steady change, a step, a fault that the newest run is the first to show; and
     what makes the runs hard to compare."""
 

@@ -19,7 +19,7 @@ from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
 from thermaxis.cli._reading import Reading, add_reading, reading_of
 from thermaxis.cli.axis.trend import values_of_change
-from thermaxis.codes import NOWHERE, Place, printable
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.files import (
     format_model,
@@ -219,8 +219,8 @@ def _collect(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
         registry.machines([arguments.machine])
     files: list[Path] = []
     for path in arguments.runs:
-        inside = sorted(path.rglob("*")) if path.is_dir() else [path]
-        files += (one for one in inside if one == path or one.suffix.lower() in _RUN_SUFFIXES)
+        found = sorted(path.rglob("*")) if path.is_dir() else [path]
+        files += (one for one in found if one == path or one.suffix.lower() in _RUN_SUFFIXES)
     reading, stored, unread = reading_of(arguments), 0, list[str]()
     with Progress() as progress:
         for done, path in enumerate(files):
@@ -230,7 +230,8 @@ def _collect(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
             except ThermaxisError as error:
                 if error.code == "registry_out_of_reach":
                     raise
-                unread.append(f"{printable(str(path))}: {text_of(error.at(NOWHERE).message)}")
+                inside = error.at(error.message.place._replace(file=""))
+                unread.append(f"{printable(str(path))}: {text_of(inside.message)}")
     show(
         [
             Value("runs", len(files), "runs"),
