@@ -17,7 +17,7 @@ from thermaxis.errors import DataError
 TRIES: Final = 2
 """A job that has failed so often is set aside. [1]"""
 _LONGEST_S: Final = 600.0
-_PATIENCE: Final = 3
+_PATIENCE_S: Final = 1800.0
 _AT_ONCE: Final = 4
 _MEMORY: Final = "1GB"
 _J = TypeVar("_J")
@@ -33,6 +33,8 @@ class Engine(NamedTuple):
     """Jobs that it is given at once: it always has the next ones, and never all. [1]"""
     longest_s: float = 0.0
     """A job that takes longer ends its process, and with it fails; 0 for none. [s]"""
+    patience_s: float | None = None
+    """Where no job ends for so long there is no worker; None for where there is one. [s]"""
 
 
 def results_of(
@@ -63,10 +65,9 @@ def results_of(
                 if not again:
                     return
                 submit(*again.popleft())
-            patience_s = _PATIENCE * engine.longest_s or None
-            ended = wait(running, patience_s, FIRST_COMPLETED).done
-            if not ended:  # of jobs that end or are ended: there is no worker
-                raise DataError("scheduler_idle", took_s=patience_s)
+            ended = wait(running, engine.patience_s, FIRST_COMPLETED).done
+            if not ended:
+                raise DataError("scheduler_idle", took_s=engine.patience_s)
             for future in ended:
                 job, tried = running.pop(future)
                 if future.cancelled():
@@ -143,21 +144,20 @@ def dask_engine(
         stack.enter_context(config.set(rules))
         for logger in ("distributed", "distributed.client"):  # what is wrong is an error, said once
             stack.enter_context(distributed.utils.silence_logging_cmgr("critical", logger))
-        address: Any = scheduler or stack.enter_context(
-            distributed.LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                host="127.0.0.1",
-                dashboard_address="127.0.0.1:0",  # None would ask for port 8787
-                memory_limit=memory,
-                silence_logs=50,
-            )
-        )
         try:
+            address: Any = scheduler or stack.enter_context(
+                distributed.LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    host="127.0.0.1",
+                    dashboard_address="127.0.0.1:0",  # None would ask for port 8787
+                    memory_limit=memory,
+                    silence_logs=50,
+                )
+            )
             client: Any = stack.enter_context(distributed.Client(address))
-        except (OSError, ValueError, TypeError) as error:  # TypeError: TLS without certificates
+        except (OSError, ValueError, RuntimeError, TypeError) as error:  # of TLS the last two
             raise DataError("scheduler_out_of_reach", cause=str(error)) from error
         threads = sum(client.nthreads().values()) if scheduler else workers
-        yield Engine(
-            client.get_executor(pure=False), _AT_ONCE * max(threads, 1), longest_s=longest_s
-        )
+        executor = client.get_executor(pure=False)
+        yield Engine(executor, _AT_ONCE * max(threads, 1), longest_s, _PATIENCE_S)

@@ -7,6 +7,8 @@ from concurrent.futures import Executor, Future
 from pathlib import Path
 
 import pytest
+from dask import config
+from distributed import Security
 
 from tests.unit.fleet.fleet_machines import GAIN, LAST, Truth, machine_of, shipped
 from thermaxis.errors import DataError
@@ -111,14 +113,17 @@ def test_workers_that_are_not_there_are_not_waited_for_for_ever():
         def submit(self, fn, /, *args, **kwargs):
             return Future()
 
-    found = results_of(Engine(Empty(), 2, longest_s=0.01), doubled, [1])
+    found = results_of(Engine(Empty(), 2, patience_s=0.01), doubled, [1])
     with pytest.raises(DataError, match="No job has ended"):
         next(found)
 
 
-def test_a_scheduler_that_is_not_there_is_said():
-    with pytest.raises(DataError, match="cannot be reached"), dask_engine("nothing://x"):
-        pass
+@pytest.mark.parametrize("url", ["nothing://x", "tls://127.0.0.1:9", "tcp://127.0.0.1:9"])
+def test_a_scheduler_that_is_not_there_or_not_as_encrypted_as_must_be_is_said(url):
+    with config.set({"distributed.comm.require-encryption": True}):
+        assert Security().require_encryption
+        with pytest.raises(DataError, match="cannot be reached"), dask_engine(url):
+            pass
 
 
 @pytest.fixture(scope="module")
