@@ -409,9 +409,9 @@ def _reasons(
     channels that have gone apart by as much, one up and one down, are exchanged.
     """
     by_model = [f for f in likely if CAUSES[f.sign] in _BY_MODEL]
-    nights = max((f.back for f in by_model), default=0)
-    same = sum(w <= nights for w in _WINDOWS[:-1])  # all of them over the longest window
-    best = max(by_model, key=lambda f: f.formal[same], default=None)
+    surest = max(by_model, key=lambda f: abs(f.z), default=None)
+    same = 0 if surest is None else sum(w <= surest.back for w in _WINDOWS[:-1])
+    best = max(by_model, key=lambda f: f.formal[same], default=None)  # over the same nights
     levels = sorted((f for f in likely if f.sign is SignKind.LEVEL), key=lambda f: f.departure)
     if channels > 2 and len(levels) > 1:
         low, high = levels[0], levels[-1]

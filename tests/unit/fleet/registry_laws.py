@@ -11,6 +11,7 @@ import pytest
 from tests.unit.fleet.axis_histories import AXIS_RUN
 from tests.unit.fleet.fleet_machines import GAIN, LAST, machine_of, model_of
 from thermaxis import __version__
+from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import parse_model
 from thermaxis.fleet import (
@@ -90,6 +91,23 @@ class RegistryLaws:
             assert registry.record([]) == 0
             other = [replace(result_of(machines[1]), day=LAST - timedelta(days=k)) for k in (1, 2)]
             assert registry.record(other) == 2  # nights of one machine that come at once
+
+    def test_who_is_named_is_stored_by_day_and_judged_anew_not_doubled(self, made: Made) -> None:
+        still = Message("log-stuck", {}, Place(channel="T_spindle_C"))
+        with made() as registry:
+            machines = twenty()
+            for machine in machines:
+                registry.add(machine, "first")
+            registry.record(map(result_of, machines[1:]))
+            registry.record([replace(result_of(machines[0]), sensors=(still,))])
+            for _ in range(2):
+                judged = registry.judge(LAST)
+                assert [one.machine for one in judged if one.named] == ["M00"]
+                assert registry.judgements(LAST) == judged[:1]
+            registry.rename("M00", "Lathe 3")
+            assert [one.machine for one in registry.judgements(LAST)] == ["Lathe 3"]
+            assert registry.judge(LAST - timedelta(days=1)) == []
+            assert registry.judgements(LAST - timedelta(days=1)) == []
 
     def test_a_night_that_has_seen_more_of_its_day_takes_the_place_of_one_that_has_not(
         self, made: Made
