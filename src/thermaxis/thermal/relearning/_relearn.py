@@ -172,7 +172,7 @@ def relearn(
     if not names:
         place = Place(log.where)
         raise DataError("no_output_column", names=tuple(o.name for o in model.outputs), place=place)
-    doubtful = _doubtful(log, model)
+    doubtful, log = _doubtful(log, model), _cleaned(log, model, names)
     outputs = [
         _Output(log, model, output, asked, len(names)).judged(doubtful)
         for output in model.outputs
@@ -198,15 +198,27 @@ def _doubtful(log: ThermalLog, model: CompensationModel) -> tuple[str, ...]:
 def _records(log: ThermalLog, cut_s: float, model: CompensationModel, name: str) -> Records | None:
     """Return what one output is learnt from, with the inputs of the model; None without rows."""
     learnt = log.span(0, max(int(np.searchsorted(log.time_s, cut_s)), 1))
+    try:
+        return records_of([learnt], _inputs(model), [name])
+    except DataError:
+        return None
+
+
+def _cleaned(log: ThermalLog, model: CompensationModel, names: Sequence[str]) -> ThermalLog:
+    """Return a log without touches that the others exclude, as far as there are enough."""
+    try:
+        return without_far_touches(records_of([log], _inputs(model), names))[0].logs[0]
+    except DataError:
+        return log
+
+
+def _inputs(model: CompensationModel) -> list[InputDefinition]:
     inputs = {
         part.name: InputDefinition(part.name, part.plus, part.minus or None)
         for output in model.outputs
         for part in output.parts
     }
-    try:
-        return without_far_touches(records_of([learnt], list(inputs.values()), [name]))[0]
-    except DataError:
-        return None
+    return list(inputs.values())
 
 
 def _identified(records: Records) -> ThermalModel:
