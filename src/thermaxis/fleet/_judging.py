@@ -90,8 +90,6 @@ _STAYS = 0.3
 _OPPOSITE = 0.75
 _MOST: Final = {SignKind.GAIN: 1.0, SignKind.TIME_CONSTANT: 1.4}
 """No machine changes by more: it is something else. [1]"""
-PAST_DAYS: Final = 5
-"""Days before a night with which its mean residual is compared. [1]"""
 
 
 @final
@@ -309,7 +307,7 @@ def _departures(key: _Key, table: _F, kinds: NDArray[np.intp]) -> tuple[_F, dict
     value, std, before, before_std = np.moveaxis(table, 2, 0)
     known = np.isfinite(std)
     first, last = np.argmax(known, axis=1), JUDGED_DAYS - 1 - np.argmax(known[:, ::-1], axis=1)
-    departure = _levels(value - before, known)
+    departure = _levels(value, before, known)
     if sign is not SignKind.MEAN:
         departure = np.where(known, value - before[rows, first][:, None], 0.0)
     past = before_std[rows, first]
@@ -358,18 +356,18 @@ def _departures(key: _Key, table: _F, kinds: NDArray[np.intp]) -> tuple[_F, dict
     return p_values, found
 
 
-def _levels(change: _F, known: _B) -> _F:
-    """Return a mean residual by night against the past, from what each night says of days before.
+def _levels(value: _F, before: _F, known: _B) -> _F:
+    """Return a mean residual by night against the past of the first, from night to night.
 
-    The zero of a free run is another one each night; the mean of the days before it has the same.
+    The zero of a free run is another one each night; the mean of the night before has the same.
     """
-    levels = np.zeros((len(change), JUDGED_DAYS + PAST_DAYS))
+    level, begun = np.zeros(len(value)), np.zeros(len(value), bool)
+    levels = np.zeros_like(value)
     for k in range(JUDGED_DAYS):
-        own = levels[:, k : k + PAST_DAYS]
-        levels[:, k + PAST_DAYS] = np.where(
-            known[:, k], change[:, k] + np.mean(own, axis=1), own[:, -1]
-        )
-    return levels[:, PAST_DAYS:]
+        more = np.where(begun, level + value[:, k] - before[:, k], value[:, k])
+        level, begun = np.where(known[:, k], more, level), begun | known[:, k]
+        levels[:, k] = level
+    return levels
 
 
 def _sisters(t: _F, s: _F, kinds: NDArray[np.intp], seen: _B, least: float) -> tuple[_F, _F]:

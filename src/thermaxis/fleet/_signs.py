@@ -43,7 +43,8 @@ class SignKind(StrEnum):
     TIME_CONSTANT = "time_constant"
     """Logarithm of the factor by which it answers slower. [1]"""
     MEAN = "mean"
-    """Mean of what the free run leaves; its zero is that of the night. [µm]"""
+    """Mean of what the free run leaves, less that of the days before; before: of the last one of
+    these. [µm]"""
     REST = "rest"
     """Logarithm of the innovations' root mean square over their standard deviation. [1]"""
 
@@ -190,7 +191,9 @@ class _Touched:
         far = np.minimum(np.abs(e), _CLIPPED)
         rest = np.array([0.5 * np.log(np.mean(far[k] ** 2) + 1e-3) for k in each])
         # the run begins as if the machine had rested: its first day is not asked
-        yield from _by_days(SignKind.MEAN, self._output.name, "", mean[mean.size > 3 :], 0.05)
+        for one in _by_days(SignKind.MEAN, self._output.name, "", mean[mean.size > 3 :], 0.05):
+            yesterday = float(mean[-2]) - one.before
+            yield replace(one, value=one.value - one.before, before=yesterday)
         yield from _by_days(SignKind.REST, self._output.name, "", rest, 0.05)
 
     def _run(self, model: CompensationModel, log: ThermalLog) -> tuple[_F, _F]:

@@ -28,18 +28,17 @@ def fleet(departures: Departures, seed: int = 0, hot: float = 0.0) -> list[Store
     """Return nights of machines by chance, with what departs added, on all of them if it is hot."""
     rng = np.random.default_rng(seed)
     nights: list[StoredNight] = []
+    noise: dict[tuple[str, tuple[str, str, str]], float] = {}
     for name in (f"M{k}" for k in range(MACHINES)):
         for back in range(NIGHTS - 1, -1, -1):
             signs = []
             for key, std in FIGURES.items():
                 more = departures.get((name, key), [0.0] * NIGHTS)[-1 - back]
                 value = rng.normal(more, std) + hot * std * (back == 0)
+                last = noise.get((name, key), 0.0)
+                before = last if key[0] == "mean" and back < NIGHTS - 1 else 0.0
+                noise[name, key] = value
                 sign = dict(zip(("sign", "output", "of"), key, strict=True))
-                if key[0] == "mean":  # the days before it count with it
-                    past = departures.get((name, key), [0.0] * NIGHTS)[: NIGHTS - 1 - back]
-                    before = sum(past) / 5.0
-                else:
-                    before = 0.0
                 signs.append(sign | {"value": value, "std": std, "before": before,
                                      "before_std": std / 6**0.5})  # fmt: skip
             result = {"signs": signs, "sensor_codes": []}
