@@ -96,9 +96,10 @@ def test_state_reason_and_gravest_alarm_stay_in_sight_on_every_page_and_at_the_l
         open_stand.start_loop()
 
 
-def test_a_log_in_never_leads_to_another_address(look: Look, stand: Rig) -> None:
+@pytest.mark.parametrize("address", ["//evil.example/", ".//evil.example/"])
+def test_a_log_in_never_leads_to_another_address(look: Look, stand: Rig, address: str) -> None:
     seen = look()
-    page = seen.open("/login?next=//evil.example/")
+    page = seen.open(f"/login?next={address}")
     page.fill("input[name=name]", "viewer")
     page.fill("input[name=password]", stand.passwords["viewer"])
     page.click("button.main")

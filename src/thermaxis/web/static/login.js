@@ -18,7 +18,8 @@ function say(text) {
 function next() {
   const wanted = new URLSearchParams(location.search).get("next") ?? "/";
   const target = new URL(wanted, location.origin);
-  return target.origin === location.origin ? target.pathname + target.search : "/";
+  const own = target.origin === location.origin && !target.pathname.startsWith("//");
+  return own ? target.pathname + target.search : "/";
 }
 
 form.addEventListener("submit", async (event) => {
