@@ -48,6 +48,8 @@ class Line:
     """Hash of the proposal that waits for a decision."""
     judgement: Judgement | None = None
     """Why it is named; None where it is not."""
+    model_sha256: str = ""
+    """Hash of the model in force."""
 
 
 def lines_of(standings: Sequence[Standing], judged: Sequence[Judgement] = ()) -> list[Line]:
@@ -58,7 +60,7 @@ def lines_of(standings: Sequence[Standing], judged: Sequence[Judgement] = ()) ->
     standings : sequence of Standing
         How they stand, by name.
     judged : sequence of Judgement
-        Who is named of the newest day, the surest first.
+        Who is named of the day that was judged last, the surest first.
     """
     named = {one.machine: (place, one) for place, one in enumerate(judged)}
     order = list(Need)
@@ -95,6 +97,7 @@ def _line(standing: Standing, judgement: Judgement | None) -> Line:
         worst={} if night is None else worst_of(night),
         proposed_sha256=standing.proposed_sha256,
         judgement=judgement,
+        model_sha256=standing.model_sha256,
     )
 
 

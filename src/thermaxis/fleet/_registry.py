@@ -1,7 +1,7 @@
 """What is known of every machine, in SQLite or PostgreSQL: the only durable state of a fleet.
 
 ============  =====================================================================================
-``registry``  what is known of the whole, by name: version of the tables, lake
+``registry``  what is known of the whole, by name: version of the tables, lake, day judged last
 ``machines``  name, kind, sensor map, and the model in force
 ``formerly``  other names by which a machine was known, or under which it was merged
 ``models``    every model that was ever in force, with its parent and why; none is changed
@@ -53,6 +53,7 @@ _ALTERATIONS: Final[Mapping[int, Sequence[str]]] = {
     3: ["ALTER TABLE nights ADD COLUMN last_id BIGINT NOT NULL DEFAULT 0"]
 }
 """What makes tables of the version before those of a version, beside new tables."""
+_LAST_JUDGED: Final = "last_judged"
 _LOCK_KEY: Final = 0x7468_6572_666C_6565  # "therflee"
 _ID = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
 _MOMENT = sa.DateTime(timezone=True)
@@ -276,6 +277,8 @@ class Standing:
     """Its newest night; None without any."""
     proposed_sha256: str | None
     """Hash of the newest proposal for its model, where it waits for a decision."""
+    model_sha256: str = ""
+    """Hash of the model in force."""
 
 
 @final
@@ -569,7 +572,7 @@ class Registry:
         query = (
             sa.select(
                 *(c.name, c.kind, night.day, night.model_sha256, night.version, night.result),
-                *(p.sha256, d.id),
+                *(p.sha256, d.id, c.model_sha256),
             )
             .select_from(_machines)
             .outerjoin(_nights, night.id == newest)
@@ -582,7 +585,10 @@ class Registry:
             rows = connection.execute(query).all()
         return [
             Standing(
-                *row[:2], _night_of(row) if row[2] else None, row[6] if row[7] is None else None
+                *row[:2],
+                night=_night_of(row) if row[2] else None,
+                proposed_sha256=row[6] if row[7] is None else None,
+                model_sha256=row[8],
             )
             for row in rows
         ]
@@ -609,7 +615,17 @@ class Registry:
             ]
             connection.execute(sa.delete(_judged).where(_judged.c.day == day))
             _inserted(connection, _judged, rows)
+            name, value = _registry.c.name, _registry.c.value
+            _inserted(connection, _registry, [{"name": _LAST_JUDGED, "value": day.isoformat()}])
+            older = (name == _LAST_JUDGED) & (value < day.isoformat())
+            connection.execute(sa.update(_registry).where(older).values(value=day.isoformat()))
         return every
+
+    def last_judged(self) -> date | None:
+        """Return the newest day that was judged, None without any: nights of one may come yet."""
+        with self._asked() as connection:
+            found = _known(connection).get(_LAST_JUDGED)
+        return None if found is None else date.fromisoformat(found)
 
     def judgements(self, day: date) -> list[Judgement]:
         """Return the machines that were named on a day, the surest first."""
@@ -903,7 +919,7 @@ def _inserted(
             set_={name: plain.excluded[name] for name in rows[0]},
             where=plain.excluded[unless] > table.c[unless],
         )
-    return len(connection.execute(query.returning(table.c.id), rows).all())
+    return len(connection.execute(query.returning(*table.primary_key), rows).all())
 
 
 @contextmanager

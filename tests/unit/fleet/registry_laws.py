@@ -196,8 +196,8 @@ class RegistryLaws:
             for one in (machine, other):
                 registry.add(one, "first")
             assert registry.standings() == [
-                Standing("A", "mill", None, None),
-                Standing("B", "mill", None, None),
+                Standing("A", "mill", None, None, machine.model_sha256),
+                Standing("B", "mill", None, None, other.model_sha256),
             ]
             before = replace(result_of(machine, 7), day=LAST - timedelta(days=1))
             worse, better = (replace(before, proposal=model_of(x * GAIN)) for x in (1.1, 1.2))
@@ -214,6 +214,21 @@ class RegistryLaws:
             assert registry.standings("A") == [replace(stands, proposed_sha256=None)]
             registry.add(machine_of("A", 3.0), "another model, for which nothing is proposed")
             assert registry.standings("A")[0].proposed_sha256 is None
+            registry.add(machine, "back")
+            assert registry.standings("A")[0].model_sha256 == machine.model_sha256
+
+    def test_the_day_judged_last_is_told_whatever_comes_after_it(self, made: Made) -> None:
+        day = timedelta(days=1)
+        with made() as registry:
+            registry.add(machine_of("A"), "first")
+            assert registry.last_judged() is None
+            for judged in (LAST, LAST, LAST - day):
+                registry.judge(judged)
+                assert registry.last_judged() == LAST
+            registry.record([replace(result_of(machine_of("A")), day=LAST + day)])
+            assert (registry.last_judged(), registry.last_day()) == (LAST, LAST + day)
+            registry.judge(LAST + day)
+            assert registry.last_judged() == LAST + day
 
     def test_a_proposal_is_stored_once_and_the_first_decision_stands(self, made: Made) -> None:
         machine, better = machine_of("A"), model_of(1.1 * GAIN)

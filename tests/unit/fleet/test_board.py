@@ -208,6 +208,7 @@ def test_a_named_machine_stands_with_its_cause_and_one_sensor_is_said_once(
         (MARKUP, (Need.NAMED,)),
         ("better", (Need.PROPOSAL,)),
     ]
+    registry.record([night_of("sound", -1)])  # nights of the next day begin to come
     for language in LANGUAGES:
         said = text_of(browser.get("/", language).text)
         assert sentence("cause-sensor_frozen", language=language) in said
@@ -248,7 +249,7 @@ def test_kind_and_text_choose_and_what_is_too_many_is_said(
     assert sentence("fleet-more", {"count": 2}) in text_of(browser.get("/").text)
 
 
-def test_a_machine_has_its_whole_story(browser: Browser) -> None:
+def test_a_machine_has_its_whole_story(browser: Browser, registry: Registry) -> None:
     page = browser.get("/machine?name=better").text
     proposed = model_sha256(model_of(1.1 * GAIN))[:12]
     said = text_of(page)
@@ -258,6 +259,10 @@ def test_a_machine_has_its_whole_story(browser: Browser) -> None:
     assert story is not None
     assert '"rmse":[1.25,1.25]' in story[1]
     assert f"model {proposed} proposed" in story[1]
+    for gain, in_force in ((2.0, machine_of("better", 2.0)), (GAIN, machine_of("better"))):
+        registry.add(machine_of("better", gain), "chosen at the machine")
+        head = text_of(browser.get("/machine?name=better").text.split("</section>")[0])
+        assert in_force.model_sha256[:12] in head
     assert browser.get("/machine?name=nobody").status_code == 404
     assert browser.get("/machine").status_code == 404
 

@@ -93,7 +93,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--dry-run", "only say what is missing", bool)
     add_json(nights)
     shown = action("show", "show the machines' last night")
-    adder(shown)("--day DATE", "that of this day (default: the newest)", day)
+    adder(shown)("--day DATE", "that of this day (default: the one judged last)", day)
     add_json(shown)
     one = action("machine", "show a machine: its models and its nights")
     adder(one)("machine MACHINE", "its name")
@@ -359,7 +359,8 @@ def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
 
 
 def _show(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
-    asked = date.fromisoformat(arguments.day) if arguments.day else registry.last_day()
+    newest = registry.last_judged() or registry.last_day()
+    asked = date.fromisoformat(arguments.day) if arguments.day else newest
     nights = [] if asked is None else registry.nights(asked)
     named = [] if asked is None else registry.judgements(asked)
     place = {one.machine: number for number, one in enumerate(named)}
