@@ -32,7 +32,6 @@ from thermaxis.fleet import (
     axis_run,
     dask_engine,
     do_nights,
-    judge,
     results_of,
 )
 from thermaxis.virtual import paper_x_axis
@@ -83,9 +82,9 @@ def look_after(
 def judged(registry: Registry, fleet: Iterable[machines.Machine], days: Sequence[date]) -> str:
     """Return what the mornings after days have named of what was planted, and what falsely."""
     planted = {one.name: one for one in fleet if one.fault is not None}
-    nights, first, false = registry.nights(), dict[str, Cause](), set[str]()
+    first, false = dict[str, Cause](), set[str]()
     for day in days:
-        for one in judge(nights, day):
+        for one in registry.judge(day):  # stored for the board, as by thermaxis fleet night
             fault = planted.get(one.machine)
             if one.named and (fault is None or day < fault.since):
                 false.add(one.machine)
@@ -113,7 +112,8 @@ def main(words: list[str] | None = None) -> None:
     parser.add_argument("--nights", type=int, default=HALL.days - machines.LEARNT)
     asked = parser.parse_args(words)
     registry = asked.folder / "registry.db"
-    if asked.folder.exists() and any(asked.folder.iterdir()) and not registry.exists():
+    own = asked.folder.name == "demo-fleet" and registry.exists()  # a fleet's is never removed
+    if asked.folder.exists() and any(asked.folder.iterdir()) and not own:
         raise SystemExit(f"{asked.folder} has other files: name a new folder")
     shutil.rmtree(asked.folder, ignore_errors=True)
     lake = asked.folder.absolute() / "lake"

@@ -19,9 +19,14 @@ def test_a_small_fleet_ends_by_itself_and_leaves_its_registry_and_its_lake(tmp_p
     assert found[1] == found[2] == "1"  # a sensor that gives one value
     with Registry(f"sqlite:///{folder / 'registry.db'}") as registry:
         (day,) = {night.day for night in registry.nights()}
+        assert [len(one.causes) for one in registry.judgements(day)] == [1]
+        assert registry.last_judged() == day
         names = [machine.name for machine in registry.machines()]
         assert [night.machine for night in registry.nights(day)] == names
         assert [one.axis for one in axis_trends(registry.axis_runs("mill 1"))] == ["X"]
         assert sum(part.height for part in Lake(registry.lake).minutes(names[-1], day)) == 1440
-    with pytest.raises(SystemExit, match="other files"):
-        demo_fleet.main([str(tmp_path), "6"])
+    for _ in range(2):  # also a folder with the registry of a real fleet
+        with pytest.raises(SystemExit, match="other files"):
+            demo_fleet.main([str(tmp_path), "6"])
+        (tmp_path / "registry.db").touch()
+    assert (folder / "registry.db").exists()
