@@ -19,6 +19,6 @@ fault-gain = Posunutí způsobené { NAME($name) } se od modelu liší o { SIGNE
 fault-time_constant = Časová konstanta { NAME($name) } se od modelu liší o { SIGNED($departure_percent, decimals: 0) } %.
     .remedy = Podívejte se, co se změnilo: chlazení, ventilátory, kryty. Je-li stroj v pořádku, přijměte navržený model.
 fault-drift = Bod nástroje se bez tepla posunul o { SIGNED($departure_um, decimals: 1) } µm.
-    .remedy = Hledejte opotřebení, kolizi nebo uvolněnou sondu; změřte osu.
+    .remedy = Byla vztažná poloha nastavena znovu? Jinak hledejte opotřebení, kolizi nebo uvolněnou sondu; změřte osu.
 fault-unknown = To, co model na dotecích nevysvětlí, vzrostlo na { FIXED($times, decimals: 1) }násobek.
     .remedy = Podívejte se na doteky a teploty posledních dnů.

@@ -19,6 +19,6 @@ fault-gain = Die Verlagerung durch { NAME($name) } weicht um { SIGNED($departure
 fault-time_constant = Die Zeitkonstante von { NAME($name) } weicht um { SIGNED($departure_percent, decimals: 0) } % vom Modell ab.
     .remedy = Nachsehen, was sich geändert hat: Kühlung, Lüfter, Abdeckungen. Ist die Maschine in Ordnung, ein vorgeschlagenes Modell annehmen.
 fault-drift = Der Werkzeugpunkt hat sich ohne Wärme um { SIGNED($departure_um, decimals: 1) } µm bewegt.
-    .remedy = Nach Verschleiß, einer Kollision oder einem losen Taster suchen; die Achse messen.
+    .remedy = Wurde ein Bezug neu gesetzt? Sonst nach Verschleiß, einer Kollision oder einem losen Taster suchen; die Achse messen.
 fault-unknown = Was das Modell an den Antastungen übrig lässt, ist auf das { FIXED($times, decimals: 1) }-Fache gewachsen.
     .remedy = Die Antastungen und die Temperaturen der letzten Tage ansehen.

@@ -19,6 +19,6 @@ fault-gain = The displacement by { NAME($name) } is { SIGNED($departure_percent,
 fault-time_constant = The time constant of { NAME($name) } is { SIGNED($departure_percent, decimals: 0) } % against the model.
     .remedy = Look at what has changed: cooling, fans, covers. If the machine is sound, accept a model that is proposed.
 fault-drift = The tool point has moved by { SIGNED($departure_um, decimals: 1) } µm without heat.
-    .remedy = Look for wear, a collision, a loose probe; measure the axis.
+    .remedy = Was a datum set anew? Else look for wear, a collision, a loose probe; measure the axis.
 fault-unknown = What the touches leave of the model has grown to { FIXED($times, decimals: 1) } times.
     .remedy = Look at the touches and the temperatures of the last days.
