@@ -21,6 +21,8 @@ class Need(StrEnum):
     """Its night failed twice."""
     NAMED = "named"
     """It departs from its past and its sisters."""
+    NO_NIGHT = "no_night"
+    """It has no night of the day that was judged last: nobody watches it."""
     SENSORS = "sensors"
     """Sensors of its model are not to be believed."""
     PROPOSAL = "proposal"
@@ -52,7 +54,9 @@ class Line:
     """Hash of the model in force."""
 
 
-def lines_of(standings: Sequence[Standing], judged: Sequence[Judgement] = ()) -> list[Line]:
+def lines_of(
+    standings: Sequence[Standing], judged: Sequence[Judgement] = (), day: date | None = None
+) -> list[Line]:
     """Return the machines as the board shows them: who needs a look, the gravest first.
 
     Parameters
@@ -61,6 +65,8 @@ def lines_of(standings: Sequence[Standing], judged: Sequence[Judgement] = ()) ->
         How they stand, by name.
     judged : sequence of Judgement
         Who is named of the day that was judged last, the surest first.
+    day : date, optional
+        That day. Default: none was.
     """
     named = {one.machine: (place, one) for place, one in enumerate(judged)}
     order = list(Need)
@@ -69,17 +75,19 @@ def lines_of(standings: Sequence[Standing], judged: Sequence[Judgement] = ()) ->
         gravest = min(map(order.index, line.needs), default=len(order))
         return gravest, named[line.machine][0] if line.judgement is not None else 0
 
-    lines = [_line(one, named.get(one.machine, (0, None))[1]) for one in standings]
+    lines = [_line(one, named.get(one.machine, (0, None))[1], day) for one in standings]
     return sorted(lines, key=place_of)
 
 
-def _line(standing: Standing, judgement: Judgement | None) -> Line:
+def _line(standing: Standing, judgement: Judgement | None, day: date | None) -> Line:
     night = standing.night
     needs: dict[Need, tuple[Message, ...]] = {}
     if night is not None and night.result["outcome"] == NightOutcome.SET_ASIDE:
         needs[Need.SET_ASIDE] = messages_of(night, "remark_codes")
     if judgement is not None:
         needs[Need.NAMED] = judgement.evidence
+    if day is not None and (night is None or night.day < day):
+        needs[Need.NO_NIGHT] = ()
     if night is not None and night.result["sensor_codes"]:
         said = {one.place.channel for one in needs.get(Need.NAMED, ())}
         sensors = messages_of(night, "sensor_codes")

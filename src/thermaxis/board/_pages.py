@@ -66,7 +66,7 @@ async def _board(request: Request) -> Response:
 def _lines(registry: Registry, machine: str | None = None) -> list[Line]:
     day = registry.last_judged()  # while nights of the next one come, those named stay
     judged = [] if day is None else registry.judgements(day)
-    return lines_of(registry.standings(machine), judged)
+    return lines_of(registry.standings(machine), judged, day)
 
 
 @needs(Role.VIEWER, page=True)

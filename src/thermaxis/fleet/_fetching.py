@@ -34,8 +34,8 @@ class Fetch:
     """Name of the machine in the registry."""
     model_sha256: str
     """Hash of the model that it has in force."""
-    reported: bool
-    """Whether that was news to the registry."""
+    known_before: str | None
+    """Hash of another one that the registry knew until then; None where it knew that."""
     model: str | None
     """Name of the accepted model in the folder of models; None where there is none to fetch."""
     written: bool
@@ -76,7 +76,7 @@ def fetch(configuration: MachineConfiguration, registry: Registry) -> Fetch:
     folder, known = model_folder(configuration), model_in_force(configuration)
     (machine,) = registry.machines([configuration.name])
     name = machine.name
-    reported = registry.report(name, known.model)
+    before = registry.report(name, known.model)
     wanted = registry.to_fetch(name)
     withdrawn = {one.sha256: one for one in registry.proposals(name) if one.withdrawn}
     if wanted is not None:
@@ -100,7 +100,7 @@ def fetch(configuration: MachineConfiguration, registry: Registry) -> Fetch:
         wanted = None  # it was withdrawn meanwhile
     model = None if wanted is None else _path(folder, wanted.sha256).name
     rest = model, written, tuple(removed), tuple(remarks)
-    return Fetch(name, known.sha256, reported, *rest)
+    return Fetch(name, known.sha256, before, *rest)
 
 
 def _path(folder: Path, sha256: str) -> Path:

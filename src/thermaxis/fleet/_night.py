@@ -185,10 +185,18 @@ def night(
 
 
 def _relearned(judged: NightResult, model: CompensationModel, log: ThermalLog) -> NightResult:
-    """Learn from the days before, and propose what the touches of the day show to be better."""
+    """Learn from the days before, and propose what the touches of the day show to be better.
+
+    Not of doubtful sensors, which the log without faults does not show any more.
+    """
     found = relearn(log, model)
-    why = tuple(replace(o.why, place=Place(channel=o.name)) for o in found.outputs)
-    if found.model is None:
+    doubtful = dict.fromkeys(one.place.channel for one in judged.sensors)
+    first = Message("relearn-sensors_first", {"names": ", ".join(doubtful)})
+    why = tuple(
+        replace(o.why if o.taken is None or not doubtful else first, place=Place(channel=o.name))
+        for o in found.outputs
+    )
+    if found.model is None or doubtful:
         return replace(judged, relearned=why)
     origin = Provenance(
         method=f"relearnt from {judged.model_sha256}",

@@ -78,8 +78,8 @@ class Nights:
     """Nights that were missing. [1]"""
     stored: int
     """Of them stored now. [1]"""
-    not_shipped: int
-    """Of them without a minute in the lake: they stay missing. [1]"""
+    not_shipped: tuple[str, ...]
+    """Machines of them without a minute in the lake: they stay missing."""
     set_aside: int
     """Of them failed twice, and stored with their error. [1]"""
     unread: Mapping[str, Message]
@@ -121,7 +121,8 @@ def do_nights(
     """
     asked = list(jobs)
     ready: list[NightResult] = []
-    stored = not_shipped = set_aside = 0
+    not_shipped: list[str] = []
+    stored = set_aside = 0
     unread: dict[str, Message] = {}
     flushed_s = time.monotonic()
     for number, (job, found) in enumerate(results_of(engine, work, asked), start=1):
@@ -132,7 +133,7 @@ def do_nights(
             set_aside += 1
             ready.append(_set_aside(job, found))
         elif found is None:
-            not_shipped += 1
+            not_shipped.append(job.machine.name)
         else:
             ready.append(found)
         if len(ready) >= _BATCH or time.monotonic() > flushed_s + _BATCH_S:
@@ -140,7 +141,7 @@ def do_nights(
             ready.clear()
             flushed_s = time.monotonic()
     stored += registry.record(ready)
-    return Nights(len(asked), stored, not_shipped, set_aside, unread)
+    return Nights(len(asked), stored, tuple(not_shipped), set_aside, unread)
 
 
 def _set_aside(job: NightJob, error: BaseException) -> NightResult:

@@ -314,6 +314,8 @@ class Registry:
                 raise ConfigurationError("registry_older", found=found, known=VERSION, place=place)
         self.lake = known["lake"]
         """Its lake."""
+        self.former_lake = ""
+        """The one that it had until it was made again with this one; empty if none."""
 
     @classmethod
     def make(cls, url: str, lake: str, password: str = "") -> Self:
@@ -328,7 +330,8 @@ class Registry:
                 if connection.dialect.name == "postgresql":  # one at a time; SQLite has begun so
                     lock = sa.func.pg_advisory_xact_lock(_LOCK_KEY)
                     connection.execute(sa.select(lock)).all()
-                found = int(_known(connection).get("version", VERSION))
+                known = _known(connection)
+                found = int(known.get("version", VERSION))
                 _refuse_newer(found, place)
                 for version in range(found + 1, VERSION + 1):
                     for statement in _ALTERATIONS.get(version, ()):
@@ -339,7 +342,9 @@ class Registry:
                     connection.execute(sa.insert(_registry).values(name=name, value=value))
         finally:
             engine.dispose()
-        return cls(url, password)
+        made, former = cls(url, password), known.get("lake", lake)
+        made.former_lake = former if former != lake else ""
+        return made
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -401,15 +406,18 @@ class Registry:
                 _step(connection, machine.name, ProposalState.IN_FORCE, machine.name, "", sha256)
         return new
 
-    def report(self, machine: str, model: CompensationModel) -> bool:
-        """Take note of the model that a machine has in force; return whether it was another."""
+    def report(self, machine: str, model: CompensationModel) -> str | None:
+        """Take note of the model that a machine has in force; return another one's hash, as known.
+
+        It is None where that model was known.
+        """
         (known,) = self.machines([machine])
         told = replace(known, model=format_model(model), model_sha256=model_sha256(model))
         if told.model_sha256 == known.model_sha256:
-            return False
+            return None
         known_as = {one.sha256: one.why for one in self.proposals(machine) if one.accepted}
-        self.add(told, known_as.get(told.model_sha256) or "chosen at the machine")
-        return True
+        self.add(told, known_as.get(told.model_sha256) or "in force at the machine")
+        return known.model_sha256
 
     def rename(self, former: str, name: str) -> bool:
         """Give a machine another name; return whether another one has it and takes its place.
@@ -471,7 +479,7 @@ class Registry:
         for name in names:
             if name not in known:
                 raise ConfigurationError(
-                    "unknown_name", name=name, known=", ".join(known), place=self._place
+                    "unknown_name", name=name, known=", ".join(known) or "none", place=self._place
                 )
         return [known[name] for name in names] or every
 

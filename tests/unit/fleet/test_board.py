@@ -173,6 +173,8 @@ def test_who_needs_a_look_comes_first_and_only_the_newest_night_counts(registry:
     assert by_name["new"].day is None
     assert by_name["sound"].worst["rmse_um"] == 1.25
     assert by_name["better"].proposed_sha256 == model_sha256(model_of(1.1 * GAIN))
+    unwatched = {line.machine for line in lines_of(registry.standings(), day=LAST) if line.needs}
+    assert unwatched == {"aside", MARKUP, "better", "new"}
 
 
 def test_the_board_says_it_in_every_language_and_markup_of_names_is_text(browser: Browser) -> None:

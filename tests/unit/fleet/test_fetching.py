@@ -91,7 +91,7 @@ def test_an_accepted_model_is_fetched_whole_once_and_chosen_by_who_may(
     before = machine.read_bytes()
     propose(registry, BETTER)
     found = fetched(machine, registry)
-    assert (found.model, found.written, found.reported) == (file_of(BETTER), True, False)
+    assert (found.model, found.written, found.known_before) == (file_of(BETTER), True, None)
     assert states(registry) == [ProposalState.FETCHED]
     assert machine.read_bytes() == before
     proposal = (machine.parent / "models" / found.model).with_suffix(".proposal")
@@ -122,14 +122,14 @@ def test_the_registry_learns_from_a_fetch_which_model_is_in_force(
     propose(registry, BETTER)
     choose(machine, str(fetched(machine, registry).model))
     found = fetched(machine, registry)
-    assert (found.reported, found.model, found.remarks) == (True, None, ())
+    assert (found.known_before, found.model, found.remarks) == (model_sha256(FIRST), None, ())
     assert registry.machines()[0].model_sha256 == model_sha256(BETTER)
     assert [one.why for one in registry.models(NAME)] == ["first", "cold days"]
     assert states(registry) == [ProposalState.IN_FORCE]
     write_model(THIRD, machine.parent / "models" / "third.json")
     choose(machine, "third.json")
-    assert fetched(machine, registry).reported
-    assert registry.models(NAME)[-1].why == "chosen at the machine"
+    assert fetched(machine, registry).known_before == model_sha256(BETTER)
+    assert registry.models(NAME)[-1].why == "in force at the machine"
 
 
 def test_what_was_compared_with_another_model_or_does_not_fit_is_not_fetched(
@@ -194,7 +194,8 @@ def test_the_model_before_is_fetched_after_a_rollback_and_the_other_goes(
     assert (found.model, len(found.remarks)) == (file_of(FIRST), 1)
     choose(machine, file_of(FIRST))
     found = fetched(machine, registry)
-    assert (found.reported, found.model, found.removed) == (True, None, (file_of(BETTER),))
+    assert (found.known_before, found.model) == (model_sha256(BETTER), None)
+    assert found.removed == (file_of(BETTER),)
     assert states(registry) == [ProposalState.WITHDRAWN, ProposalState.IN_FORCE]
 
 
@@ -249,7 +250,7 @@ def test_the_commands_say_what_follows(
     assert (shown["model"], shown["written"]) == (file_of(BETTER), True)
     assert f"--accept {Path(file_of(BETTER)).stem}.proposal" in said(fetching, capsys)
     choose(machine, file_of(BETTER))
-    assert "new to the registry" in said(fetching, capsys)
+    assert "in force; the registry knew" in said(fetching, capsys)
     assert "thermaxis fleet fetch brings it" in said(["rollback", *decide], capsys)
     assert "choose another one" in said(fetching, capsys, 1)
     assert "was fetched" in said(["withdraw", *decide], capsys)

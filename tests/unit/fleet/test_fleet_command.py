@@ -53,11 +53,12 @@ def test_the_morning_shows_sensors_and_models_that_need_a_look_before_the_others
         "missing": ["away", "frozen", "good", "wrong"],
     }
     done = answer(capsys, *night)
-    assert (done["asked"], done["stored"], done["not_shipped"]) == (4, 3, 1)
+    assert (done["asked"], done["stored"], done["not_shipped"]) == (4, 3, ["away"])
     again = answer(capsys, *night)
     assert (again["asked"], done["named"], again["named"]) == (1, 1, 1)
     shown = answer(capsys, "show", "registry.db")
     assert [one["machine"] for one in shown["nights"]] == ["frozen", "wrong", "good"]
+    assert shown["without"] == ["away"]
     (named,) = shown["named"]
     assert (named["machine"], named["causes"]) == ("frozen", ["sensor_frozen"])
     assert named["since"] == shown["day"] == LAST.isoformat()
@@ -88,6 +89,8 @@ def test_a_person_accepts_a_proposal_and_has_its_model_to_choose_at_the_machine(
     (night_shown,) = answer(capsys, "show", "registry.db")["nights"]
     decide = ["fleet", "accept", "registry.db", "wrong", "--who", "Anna", "--why", "cold days"]
     assert main([*decide, "-o", "model.json"]) == 2  # nothing is written over
+    with pytest.raises(SystemExit):  # a decision is somebody's, and has a reason
+        main([*decide, "--who", " "])
     assert main([*decide, "-o", "better.json"]) == 0
     better = read_model("better.json")
     assert model_sha256(better) == night_shown["proposal_sha256"]

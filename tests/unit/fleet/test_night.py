@@ -135,6 +135,13 @@ def test_where_the_day_shows_a_better_model_it_is_proposed_with_its_origin_and_e
     assert wrong.model_sha256 in wrong.proposal.provenance.method
     (part,) = wrong.proposal.outputs[0].parts
     assert part.dc_gain_um_per_k == pytest.approx(GAIN, rel=0.15)
+    sensor = pl.col("T_spindle_C_mean")
+    stood = pl.when(pl.int_range(pl.len()) < MINUTES - 180).then(sensor).forward_fill()
+    doubtful = found([*days[:-1], days[-1].with_columns(stood)], 1.3 * GAIN)
+    assert ([one.code for one in doubtful.relearned], doubtful.proposal) == (
+        ["relearn-sensors_first"],
+        None,
+    )
     again = night("A", wrong.proposal, days, LAST)
     assert again is not None
     assert again.outputs["Z_um"].rmse_um < 0.5 * wrong.outputs["Z_um"].rmse_um

@@ -107,8 +107,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         decided = action(name, text)
         add = adder(decided)
         add("machine MACHINE", "its name")
-        add("--who PERSON", "who decides", required=True)
-        add("--why TEXT", "why", required=True)
+        add("--who PERSON", "who decides", _stated, required=True)
+        add("--why TEXT", "why", _stated, required=True)
         if name == "accept":
             add("-o, --output MODEL", "write it there, too, a new file", Path)
     fetched = action(
@@ -152,6 +152,12 @@ def _add_page(page: argparse.ArgumentParser) -> None:
     add("--private-key FILE", "its key; mode 0600", Path)
 
 
+def _stated(text: str) -> str:
+    if not text.strip():
+        raise argparse.ArgumentTypeError("it is empty")
+    return text
+
+
 def _pair(text: str) -> tuple[str, str]:
     name, sign, column = text.partition("=")
     if not (name and sign and column):
@@ -167,8 +173,9 @@ def run(arguments: argparse.Namespace) -> int:
         lake = arguments.lake
         if "://" not in lake:
             lake = str(Path(lake).absolute())
-        fleet.Registry.make(address[0], lake, address[1]).close()
-        sys.stdout.write(f"The registry is made; its lake is {lake}.\n")
+        with fleet.Registry.make(address[0], lake, address[1]) as made:
+            known = f" in place of {made.former_lake}" if made.former_lake else ""
+        sys.stdout.write(f"The registry is there; its lake is {lake}{known}.\n")
         return 0
     actions = {"add": _add, "night": _night, "show": _show, "machine": _machine}
     actions |= {"accept": _decide, "reject": _decide, "fetch": _fetch}
@@ -369,8 +376,11 @@ def _show(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     )
     rows = [_row(night, night.machine) for night in nights]
     when = None if asked is None else asked.isoformat()
+    known = {night.machine for night in nights}
+    without = [one.name for one in registry.machines() if asked and one.name not in known]
     parts: list[Part] = [
         Value("day", when),
+        Value("without", without, f"without a night of {when}" if without else None),
         Table("Named, the surest first", [_named(one) for one in named], key="named", words=4),
         *(f"{j.machine}: {sentence_of(j.evidence[0])} {remedy_of(j.evidence[0])}" for j in named),
         Table(f"Nights of {when or 'no day yet'}, the worst first", rows, key="nights", words=4),
@@ -470,7 +480,7 @@ def _fetch(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     """Fetch; the code is 1 where a withdrawn model cannot be removed."""
     configuration = read_machine(arguments.configuration)
     found = fleet.fetch(configuration, registry)
-    news = ", which is new to the registry" if found.reported else ""
+    news = f"; the registry knew {found.known_before[:12]}" if found.known_before else ""
     said = [f"{found.machine} has {found.model_sha256[:12]} in force{news}."]
     said += [f"removed, as it was withdrawn: {name}" for name in found.removed]
     if found.model is None:
@@ -480,7 +490,7 @@ def _fetch(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
         command = f"thermaxis relearn {arguments.configuration.name} --accept {proposal}"
         said.append(f"{'written' if found.written else 'there already'}: {found.model}")
         said += ["Nothing is changed: choose it on the page of models, or by", command]
-    keys = ("machine", "model_sha256", "reported", "model", "written", "removed")
+    keys = ("machine", "model_sha256", "known_before", "model", "written", "removed")
     parts = [*said, *values_of(found, *keys), *messages_of("remarks", found.remarks, "remark")]
     show(parts, arguments.json)
     return 1 if found.remarks else 0

@@ -3,7 +3,7 @@
 common-page_fleet = Stroje
 fleet-title = Noc na { $day }
 fleet-no_nights = Zatím žádná noc
-fleet-named = { $count } z { $all } strojů je třeba prohlédnout
+fleet-named = K prohlédnutí: { $count } z { $all } strojů
 fleet-quiet = Ostatní: { $count }
 fleet-more = Dalších { $count }: vyberte podle druhu nebo jména.
 fleet-all = Všechny stroje
@@ -11,6 +11,8 @@ fleet-look = Co je třeba prohlédnout
 fleet-need_set_aside = Odloženo
 fleet-do_set_aside = Noc tohoto stroje dvakrát selhala: řekněte tomu, kdo se o stroje stará.
 fleet-since = od { $day }
+fleet-need_no_night = Žádná noc posledního dne
+fleet-do_no_night = Jeho den nebyl odeslán nebo ho nešlo přečíst: podívejte se, zda stroj odesílá a co noc řekla.
 fleet-need_sensors = Snímač
 fleet-need_proposal = Je navržen model
 fleet-do_proposal = Porovnejte, co zbývá předtím a potom, pak přijměte nebo odmítněte.

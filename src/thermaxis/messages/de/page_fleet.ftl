@@ -3,7 +3,7 @@
 common-page_fleet = Flotte
 fleet-title = Nacht zum { $day }
 fleet-no_nights = Es gibt noch keine Nacht
-fleet-named = { $count } von { $all } Maschinen sind anzusehen
+fleet-named = Anzusehen: { $count } von { $all } Maschinen
 fleet-quiet = Die übrigen: { $count }
 fleet-more = { $count } weitere: nach Art oder Name auswählen.
 fleet-all = Alle Maschinen
@@ -11,6 +11,8 @@ fleet-look = Was anzusehen ist
 fleet-need_set_aside = Zurückgestellt
 fleet-do_set_aside = Die Nacht dieser Maschine ist zweimal gescheitert: wer die Flotte betreut, muss es wissen.
 fleet-since = seit { $day }
+fleet-need_no_night = Keine Nacht des letzten Tages
+fleet-do_no_night = Ihr Tag wurde nicht geschickt oder war nicht lesbar: nachsehen, ob die Maschine schickt und was die Nacht gesagt hat.
 fleet-need_sensors = Sensor
 fleet-need_proposal = Ein Modell ist vorgeschlagen
 fleet-do_proposal = Vergleichen, was vorher und nachher bleibt, dann annehmen oder ablehnen.

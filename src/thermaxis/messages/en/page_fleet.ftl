@@ -3,7 +3,7 @@
 common-page_fleet = Fleet
 fleet-title = Night of { $day }
 fleet-no_nights = No night has been done yet
-fleet-named = { $count } of { $all } machines need a look
+fleet-named = To look at: { $count } of { $all } machines
 fleet-quiet = The others: { $count }
 fleet-more = { $count } more: choose by kind or name.
 fleet-all = All machines
@@ -11,6 +11,8 @@ fleet-look = What needs a look
 fleet-need_set_aside = Set aside
 fleet-do_set_aside = The night of this machine failed twice: tell whoever looks after the fleet.
 fleet-since = since { $day }
+fleet-need_no_night = No night of the last day
+fleet-do_no_night = Its day was not shipped or could not be read: see whether the machine ships, and what the night said.
 fleet-need_sensors = Sensor
 fleet-need_proposal = A model is proposed
 fleet-do_proposal = Compare what is left before and after, then accept or reject it.
