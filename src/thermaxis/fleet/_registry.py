@@ -428,7 +428,7 @@ class Registry:
         Raises
         ------
         ConfigurationError
-            If no machine has the former name.
+            If no machine has the former name, or the other is a former one of a third machine.
         """
         (known,) = self.machines([former])
         former = known.name
@@ -438,6 +438,10 @@ class Registry:
         with self._asked() as connection:
             every = sa.select(c.name, c.id).where(c.name.in_([former, name]))
             ids = {row.name: row.id for row in connection.execute(every)}
+            third = _renamed(connection).get(name, former)
+            if third != former:
+                values = {"name": name, "other": third}
+                raise ConfigurationError("machine_renamed", place=self._place, **values)
             merged = name in ids
             if not merged:
                 connection.execute(sa.update(_machines).where(c.name == former).values(name=name))

@@ -14,6 +14,7 @@ from thermaxis.errors import ConfigurationError
 
 LEAST_SISTERS: Final = 3
 """A median of fewer is none. [1]"""
+_ON_SISTERS = "identified on sisters, not on this machine"
 
 
 def sister_model(sisters: Mapping[str, CompensationModel]) -> CompensationModel:
@@ -38,8 +39,9 @@ def sister_model(sisters: Mapping[str, CompensationModel]) -> CompensationModel:
     Raises
     ------
     ConfigurationError
-        If there are fewer than three, or they differ in outputs, inputs or references.
+        If there are fewer than three that were identified themselves, or they differ in outputs, inputs or references.
     """
+    sisters = {name: one for name, one in sisters.items() if _ON_SISTERS not in one.warnings}
     names, models = list(sisters), list(sisters.values())
     if len(models) < LEAST_SISTERS:
         raise ConfigurationError("too_few_sisters", count=len(models), least=LEAST_SISTERS)
@@ -63,7 +65,7 @@ def sister_model(sisters: Mapping[str, CompensationModel]) -> CompensationModel:
             method=f"median of the models of {', '.join(names)}"[:2000],
             program=f"thermaxis {__version__}",
         ),
-        warnings=("identified on sisters, not on this machine",),
+        warnings=(_ON_SISTERS,),
     )
 
 

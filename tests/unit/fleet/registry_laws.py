@@ -189,6 +189,10 @@ class RegistryLaws:
             assert registry.missing(LAST) == []
             with pytest.raises(ConfigurationError, match="is called B by now"):
                 registry.add(machines[0], "again")
+            registry.add(machine_of("C"), "first")
+            with pytest.raises(ConfigurationError, match="is called B by now"):
+                registry.rename("C", "A")
+            assert registry.machines(["B"])[0].formerly == ("A",)
 
     def test_a_machine_stands_by_its_newest_night_and_its_open_proposal(self, made: Made) -> None:
         machine, other = machine_of("A"), machine_of("B")

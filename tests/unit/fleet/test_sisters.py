@@ -78,6 +78,9 @@ def test_machines_that_are_built_differently_or_too_few_have_no_median() -> None
     one, other = model_of(), machine(np.array(GAINS), np.array(LAGS_S), "Y_um")
     with refused("too_few_sisters", count=2):
         sister_model({"A": one, "B": one})
+    median = sister_model({"A": one, "B": one, "C": one})
+    with refused("too_few_sisters", count=2):  # a median tells nothing of a machine
+        sister_model({"A": one, "B": one, "C": median})
     with refused("sisters_differ", name="C", other="A"):
         sister_model({"A": one, "B": one, "C": other})
 
