@@ -39,7 +39,8 @@ def sister_model(sisters: Mapping[str, CompensationModel]) -> CompensationModel:
     Raises
     ------
     ConfigurationError
-        If there are fewer than three that were identified themselves, or they differ in outputs, inputs or references.
+        If there are fewer than three identified on themselves, or they differ in outputs, inputs or
+        references.
     """
     sisters = {name: one for name, one in sisters.items() if _ON_SISTERS not in one.warnings}
     names, models = list(sisters), list(sisters.values())
