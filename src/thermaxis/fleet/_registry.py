@@ -301,7 +301,7 @@ class Registry:
     """
 
     def __init__(self, url: str, password: str = "") -> None:
-        self._place = _checked(url, made=True)
+        self._url, self._place = url, _checked(url, made=True)
         self._engine = writing_engine(url, password)
         with self._asked() as connection:
             known = _known(connection)
@@ -360,6 +360,7 @@ class Registry:
 
     @contextmanager
     def _asked(self) -> Generator[sa.Connection]:
+        _checked(self._url, made=True)  # a file that was moved away is not made anew, empty
         with _errors_named(self._place), self._engine.begin() as connection:
             yield connection
 

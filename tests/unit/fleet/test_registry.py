@@ -37,6 +37,14 @@ def test_a_file_that_is_not_there_is_not_made_by_who_only_opens_it(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_file_that_is_moved_away_while_it_is_open_is_not_made_anew(url, made, tmp_path):
+    with made() as registry:
+        (tmp_path / "registry.db").rename(tmp_path / "moved.db")
+        with pytest.raises(ConfigurationError, match="no such file"):
+            registry.machines()
+        assert [path.name for path in tmp_path.iterdir()] == ["moved.db"]
+
+
 def test_a_file_that_is_no_database_is_said(tmp_path):
     (tmp_path / "x.db").write_bytes(b"no database at all" * 100)
     with pytest.raises(DataError, match="cannot be read or written"):

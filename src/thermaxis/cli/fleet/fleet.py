@@ -211,7 +211,7 @@ def _add(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
         known_as = stays if merged else f"was called {former}: what is stored of it goes on"
         sys.stdout.write(f"{arguments.machine} {known_as}.\n")
     new = registry.add(machine, arguments.why)
-    sys.stdout.write(f"{arguments.machine} is {'added' if new else 'changed'}.\n")
+    sys.stdout.write(f"{arguments.machine} is {'added' if new else 'there, with this model'}.\n")
     return 0
 
 
