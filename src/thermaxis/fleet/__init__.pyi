@@ -25,6 +25,7 @@ from ._night import (
     NightOutcome as NightOutcome,
     NightResult as NightResult,
     OutputNight as OutputNight,
+    StoredNight as StoredNight,
     night as night,
     night_as_json as night_as_json,
 )
@@ -41,7 +42,6 @@ from ._registry import (
     Registry as Registry,
     Standing as Standing,
     StoredModel as StoredModel,
-    StoredNight as StoredNight,
     StoredProposal as StoredProposal,
 )
 from ._shipping import Shipment as Shipment, ship as ship

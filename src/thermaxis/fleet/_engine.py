@@ -137,6 +137,7 @@ def dask_engine(
         "distributed.comm.timeouts.connect": "10s",
         "distributed.scheduler.allowed-failures": 0,
         "distributed.scheduler.worker-saturation": 1.0,
+        "distributed.worker.profile.enabled": False,
         # who has much memory goes on or ends; one that waits for less would wait for ever
         **{f"distributed.worker.memory.{what}": False for what in ("target", "spill", "pause")},
     }

@@ -12,16 +12,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, timedelta
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast, final
+from typing import Any, Final, NamedTuple, cast, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place, Value, message_as_json, value_of_json
+from thermaxis.fleet._night import StoredNight
 from thermaxis.fleet._signs import SignKind
-
-if TYPE_CHECKING:
-    from thermaxis.fleet._registry import StoredNight
 
 _F = NDArray[np.float64]
 _B = NDArray[np.bool_]
@@ -147,7 +145,7 @@ class _Found(NamedTuple):
 _Key = tuple[SignKind, str, str]
 
 
-def judge(nights: Iterable["StoredNight"], day: date) -> list[Judgement]:
+def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
     """Judge every machine that has a night of a day, by its nights and those of its sisters.
 
     Parameters
@@ -241,9 +239,7 @@ def surest_first(one: Judgement) -> tuple[object, ...]:
     return not one.named, not still, one.q_value or 0.0, -(one.cusum or 0.0), one.machine
 
 
-def _histories(
-    nights: Iterable["StoredNight"], day: date
-) -> tuple[list[_Key], dict[str, _History]]:
+def _histories(nights: Iterable[StoredNight], day: date) -> tuple[list[_Key], dict[str, _History]]:
     """Return all keys, and the nights of each machine by its model of the day."""
     keys: dict[_Key, int] = {}
     by_machine: dict[str, dict[int, tuple[str, str, _F, frozenset[str]]]] = defaultdict(dict)

@@ -108,6 +108,25 @@ class NightResult:
     """Id of the last cycle of the day that the lake had; 0 where the night failed. [1]"""
 
 
+@final
+@dataclass(frozen=True, slots=True)
+class StoredNight:
+    """A night of a machine."""
+
+    machine: str
+    """Its name."""
+    kind: str
+    """Its kind."""
+    day: date
+    """The day that was looked at."""
+    model_sha256: str
+    """The model that was in force."""
+    version: str
+    """Version of the program."""
+    result: Mapping[str, object]
+    """What it has found, as JSON."""
+
+
 def night_as_json(result: NightResult) -> dict[str, object]:
     """Return a result as JSON has it, without what names its night."""
     return {

@@ -44,7 +44,7 @@ from thermaxis.fleet._judging import (
     judgement_of_json,
     surest_first,
 )
-from thermaxis.fleet._night import NightResult, night_as_json
+from thermaxis.fleet._night import NightResult, StoredNight, night_as_json
 from thermaxis.runtime.history import check_url, printable_cause, writing_engine
 
 VERSION: Final = 3
@@ -214,25 +214,6 @@ class StoredModel:
     """Why it was taken."""
     added_utc: datetime
     """When."""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class StoredNight:
-    """A night of a machine."""
-
-    machine: str
-    """Its name."""
-    kind: str
-    """Its kind."""
-    day: date
-    """The day that was looked at."""
-    model_sha256: str
-    """The model that was in force."""
-    version: str
-    """Version of the program."""
-    result: Mapping[str, object]
-    """What it has found, as JSON."""
 
 
 @final

@@ -31,13 +31,6 @@ from ._ports import (
     probe_name as probe_name,
     redundant_name as redundant_name,
 )
-from ._proposals import (
-    PROPOSAL_SUFFIX as PROPOSAL_SUFFIX,
-    choosable_name as choosable_name,
-    model_folder as model_folder,
-    model_in_force as model_in_force,
-    write_proposal as write_proposal,
-)
 from ._sign import (
     AWAY as AWAY,
     OFFSET_UNITS as OFFSET_UNITS,
@@ -81,6 +74,7 @@ from .host import (
     sole_runner as sole_runner,
 )
 from .loop import (
+    PROPOSAL_SUFFIX as PROPOSAL_SUFFIX,
     SELF_TEST as SELF_TEST,
     SHORTEST_WAIT_S as SHORTEST_WAIT_S,
     AtStop as AtStop,
@@ -91,6 +85,10 @@ from .loop import (
     SavedState as SavedState,
     SignOfLife as SignOfLife,
     StateFile as StateFile,
+    choosable_name as choosable_name,
+    model_folder as model_folder,
+    model_in_force as model_in_force,
+    write_proposal as write_proposal,
 )
 from .opcua import (
     Certificate as Certificate,

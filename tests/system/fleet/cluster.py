@@ -31,6 +31,7 @@ SETTINGS: Final = {
     "distributed.comm.require-encryption": "True",
     "distributed.scheduler.allowed-failures": "0",
     "distributed.scheduler.worker-saturation": "1.0",
+    "distributed.worker.profile.enabled": "False",
 }
 """Dask's configuration of a cluster, beside its certificate."""
 BACK: Final = 1

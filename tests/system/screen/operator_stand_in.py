@@ -23,7 +23,7 @@ from thermaxis.codes import Message
 from thermaxis.compensation import Limits, TouchRules
 from thermaxis.runtime import EventRecord, Role, read_machine
 from thermaxis.screen import _live_socket
-from thermaxis.screen.access import Outcome, _login_page
+from thermaxis.screen.access import Outcome, login_routes
 from thermaxis.screen.feed import StatusSnapshot
 from thermaxis.screen.pages import operator_page as _operator_page
 from thermaxis.screen.pages.history import said_event
@@ -340,8 +340,9 @@ def application(stand_in: StandIn) -> Starlette:
         Route("/trend8", trend8),
         Route("/helps", helps),
     ]
-    pages = (_operator_page, _live_socket, _login_page)
-    return around(given, [*own, *(route for page in pages for route in page.routes(given))])
+    pages = (_operator_page, _live_socket)
+    shown = (route for page in pages for route in page.routes(given))
+    return around(given, [*own, *login_routes(given), *shown])
 
 
 @contextlib.contextmanager

@@ -3,6 +3,13 @@ from ._loop import (
     UNREAD_AFTER_S as UNREAD_AFTER_S,
     CompensationLoop as CompensationLoop,
 )
+from ._proposals import (
+    PROPOSAL_SUFFIX as PROPOSAL_SUFFIX,
+    choosable_name as choosable_name,
+    model_folder as model_folder,
+    model_in_force as model_in_force,
+    write_proposal as write_proposal,
+)
 from ._saved_state import (
     SavedState as SavedState,
     StateFile as StateFile,

@@ -14,7 +14,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_model
 from thermaxis.files.settings import write_document
 from thermaxis.runtime.config import MachineConfiguration, ModelFile, read_model_file
-from thermaxis.runtime.loop import StateFile
+from thermaxis.runtime.loop._saved_state import StateFile
 
 PROPOSAL_SUFFIX: Final = ".proposal"
 """How the file beside a proposed model ends."""
