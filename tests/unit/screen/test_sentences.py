@@ -79,7 +79,7 @@ COMPOSED = {
     "common-role_": tuple(Role),
     "fleet-need_": set(Need) - {Need.NAMED},
     "cause-": tuple(Cause),
-    "fleet-do_": ("set_aside", "proposal"),
+    "fleet-do_": ("set_aside", "no_night", "proposal"),
     "fleet-outcome_": (*NightOutcome, "none"),
     "fleet-mark_": ("model", "proposed", "accepted", "rejected"),
 }
