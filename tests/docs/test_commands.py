@@ -1,5 +1,7 @@
 """The page of commands is what the program's arguments say."""
 
+import re
+
 from tests.docs.refresh_commands import PAGE, options_of, parsers, refreshed
 from thermaxis.cli import COMMANDS, build_parser
 
@@ -12,9 +14,12 @@ def test_the_page_is_what_the_script_makes_of_the_arguments():
             assert f"# `thermaxis {words}`\n" in page
 
 
-def test_every_command_is_in_the_readme(root):
+def test_the_readme_names_no_command_that_is_none(root):
     readme = (root / "README.md").read_text(encoding="utf-8")
-    assert [name for name in COMMANDS if f"thermaxis {name}" not in readme] == []
+    named = set(
+        re.findall(r"^(?:.*&& )?(?:\.venv/bin/|\$ )?thermaxis ([a-z-]+)", readme, re.MULTILINE)
+    )
+    assert {"evaluate", "run", "fleet"} < named <= set(COMMANDS)
 
 
 def test_every_argument_has_a_help_text():
