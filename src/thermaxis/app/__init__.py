@@ -5,4 +5,4 @@ from thermaxis.app._rooms import (
     Json as Json,
     RoomHost as RoomHost,
 )
-from thermaxis.app._server import serve_app as serve_app
+from thermaxis.app.server import serve_app as serve_app

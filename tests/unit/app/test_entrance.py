@@ -14,7 +14,7 @@ import httpx2 as httpx
 import pytest
 
 from tests.commands_here import WorkHere
-from thermaxis.app._server import build_app, serve_app
+from thermaxis.app.server._server import build_app, serve_app
 from thermaxis.app.axis._forms import judge
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence
@@ -275,7 +275,7 @@ def test_the_app_needs_nothing_but_the_core_installation() -> None:
     code = f"""
 import sys
 sys.modules.update(dict.fromkeys({extras!r} + ["thermaxis.runtime"]))
-from thermaxis.app._server import build_app
+from thermaxis.app.server._server import build_app
 build_app("token", 1, bool)
 """
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -17,7 +17,7 @@ from tests.commands_here import WorkHere
 from tests.unit.app.test_entrance import GOOD, HEAD, Door
 from thermaxis import plc
 from thermaxis.app._rooms import spoken_as, words_of
-from thermaxis.app._server import AppHost
+from thermaxis.app.server._server import AppHost
 from thermaxis.app._shelf import Entry, Shelf
 from thermaxis.app.thermal._room import identify_words
 from thermaxis.codes import Message, message_as_json, value_as_json

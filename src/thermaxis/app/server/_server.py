@@ -166,12 +166,8 @@ def build_app(token: str, port: int, end: Callable[[], None]) -> ASGIApp:
 
     Parameters
     ----------
-    token : str
-        What the address carries.
     port : int
         Port of the server. [1]
-    end : callable
-        Ends the program.
     """
     assets, host = Assets(), AppHost()
     room = AxisRoom(host)
