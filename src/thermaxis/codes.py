@@ -13,8 +13,6 @@ def printable(text: str, limit: int = 120) -> str:
 
     Parameters
     ----------
-    text : str
-        Any text.
     limit : int
         Longest result; a longer text is cut and ends in three dots. Default: what fits a line. [1]
 
@@ -37,7 +35,6 @@ class Place(NamedTuple):
     line: int | None = None
     """Line of a text file, from 1. [1]"""
     column: str = ""
-    """Column by its heading."""
     cell: str = ""
     """Cell of a workbook, such as ``Sheet1!B7``."""
     row: int | None = None
@@ -85,11 +82,6 @@ def remark(code: str, **values: Value) -> Message:
 def message_as_json(message: Message) -> dict[str, object]:
     """Return a message as JSON has it.
 
-    Parameters
-    ----------
-    message : Message
-        The message.
-
     Returns
     -------
     dict
@@ -101,11 +93,6 @@ def message_as_json(message: Message) -> dict[str, object]:
 
 def value_as_json(value: Value) -> object:
     """Return a value as JSON has it.
-
-    Parameters
-    ----------
-    value : Value
-        The value.
 
     Returns
     -------
@@ -128,18 +115,7 @@ def values_as_json(values: "Mapping[str, Value]") -> dict[str, object]:
 
 
 def value_of_json(found: object) -> Value:
-    """Return the value that `value_as_json` wrote; what is none of these as its text.
-
-    Parameters
-    ----------
-    found : object
-        A value from JSON.
-
-    Returns
-    -------
-    Value
-        The value.
-    """
+    """Return the value that `value_as_json` wrote; what is none of these as its text."""
     if found is None or isinstance(found, str | int | float):
         return found
     if isinstance(found, list):

@@ -39,7 +39,6 @@ class Entry(NamedTuple):
     words: tuple[str, ...]
     """Words of the command that made it, without where it writes."""
     folder: WorkFolder
-    """Where its files are."""
     inputs: Mapping[str, Path]
     """Files that the command reads, by the names that it knows."""
     told: Mapping[str, Any] = {}

@@ -48,8 +48,6 @@ def comment_text(text: str, limit: int = LONGEST_COMMENT) -> str:
 
     Parameters
     ----------
-    text : str
-        Any text.
     limit : int
         Longest result. Default: `LONGEST_COMMENT`. [character]
 
@@ -68,9 +66,7 @@ class ControlOption:
     """A setting that only one control has, given as ``--set NAME=VALUE``."""
 
     name: str
-    """Its name, lower case."""
     default: str
-    """Value unless stated."""
     meaning: str
     """What it means, with its unit, in words."""
     choices: tuple[str, ...] = ()
@@ -113,11 +109,9 @@ class ProgramRequest:
     """What an NC program is made of."""
 
     plan: "TestPlan"
-    """The plan."""
     plan_sha256: str
     """Its hash, 64 hexadecimal digits."""
     blocks: "tuple[MoveBlock, ...]"
-    """Its motion, warm-up included."""
     axis: str
     """Name of the axis on the control."""
     travel: tuple[float, float] | None = None
@@ -186,7 +180,6 @@ class ReadTable:
     """A control's table as it was read, as the control would read it."""
 
     table: "CompensationTable"
-    """Its values as deviations."""
     findings: tuple[Message, ...] = ()
     """What looks wrong in it or would surprise."""
     points_in_file: int | None = None
@@ -208,16 +201,10 @@ class Control(ABC):
     newline: str = "\n"
     """End of a line in its files."""
     options: tuple[ControlOption, ...] = ()
-    """Its own settings."""
 
     @abstractmethod
     def format_program(self, request: ProgramRequest) -> str:
         """Return the NC program of a plan.
-
-        Parameters
-        ----------
-        request : ProgramRequest
-            Plan, motion, axis and options.
 
         Returns
         -------
@@ -250,21 +237,11 @@ class Control(ABC):
             Linear or rotary.
         options : mapping
             The control's options.
-
-        Returns
-        -------
-        GridRule
-            The rule.
         """
 
     @abstractmethod
     def format_table(self, request: TableRequest) -> TableText:
         """Return a table as the control's file.
-
-        Parameters
-        ----------
-        request : TableRequest
-            Values, origin and options.
 
         Returns
         -------
@@ -285,19 +262,12 @@ class Control(ABC):
 
         Parameters
         ----------
-        text : str
-            Content of the file.
         path : str
             Its name, for errors.
         kind : AxisKind
             Linear or rotary: the unit of positions and values.
         options : mapping
             The control's options.
-
-        Returns
-        -------
-        ReadTable
-            Values and findings.
 
         Raises
         ------
@@ -367,8 +337,6 @@ def check_options(control: Control, stated: Sequence[str], *, purpose: str) -> M
 
     Parameters
     ----------
-    control : Control
-        The control.
     stated : sequence of str
         Texts ``NAME=VALUE``.
     purpose : str
@@ -473,8 +441,6 @@ def check_size(content: str | bytes, path: str) -> None:
 
     Parameters
     ----------
-    content : str or bytes
-        Content of the file.
     path : str
         Its name, for errors.
 
@@ -510,10 +476,6 @@ def check_points(table: "CompensationTable", rule: GridRule, title: str) -> None
 
     Parameters
     ----------
-    table : CompensationTable
-        The table.
-    rule : GridRule
-        What the control asks for.
     title : str
         Name of the control.
 

@@ -48,11 +48,9 @@ class AlarmSentences(NamedTuple):
     """Sentences of an alarm."""
 
     text: str
-    """What is wrong."""
     cause: str
     """Why, as far as is known."""
     remedy: str
-    """What to do."""
 
 
 def sentence(

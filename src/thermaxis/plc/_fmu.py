@@ -33,11 +33,6 @@ def fmu_files(block: Block) -> dict[str, bytes]:
     Not protected: where `cycle_time_s` is not wired to a measured time, nobody sees a step that
     comes late. A simulation is none of the machine's safety.
 
-    Parameters
-    ----------
-    block : Block
-        The block.
-
     Returns
     -------
     dict of str to bytes

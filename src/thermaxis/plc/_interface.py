@@ -51,11 +51,9 @@ class Variable(NamedTuple):
     name: str
     """Lower case, at most 24 signs."""
     kind: Kind
-    """Its kind."""
     text: str
     """What it means, for the remark beside it."""
     unit: str = ""
-    """Unit of a number."""
     start: float = 0.0
     """Value before the first call."""
 
@@ -84,8 +82,6 @@ def interface_of(
 
     Parameters
     ----------
-    settings : PlcSettings
-        What is exported.
     line : LineSettings, optional
         The line in the control. Default: there is none.
     model_only : bool

@@ -62,11 +62,6 @@ def st_library(name: str = LIBRARY, *, double: bool) -> str:
         Which one. Default: the library itself.
     double : bool
         Whether numbers are LREAL; in REAL the lag keeps what its sum loses.
-
-    Returns
-    -------
-    str
-        The text.
     """
     text = library_file(f"{name}.st")
     if double:
@@ -94,11 +89,6 @@ def c_library(names: Iterable[str] = (LIBRARY,), *, double: bool) -> dict[str, s
         Which ones. Default: the library itself.
     double : bool
         Whether numbers are ``double``, else ``float``.
-
-    Returns
-    -------
-    dict of str to str
-        The texts.
     """
     every = [f"{name}.{ending}" for name in names for ending in ("h", "c")]
     texts = {name: library_file(name) for name in every}

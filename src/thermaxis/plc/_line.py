@@ -60,7 +60,6 @@ class LineSettings:
     """The reference position in force. [mm]"""
 
     def __post_init__(self) -> None:
-        """Check the positions."""
         positions = self.positions_mm
         if len(positions) < _LEAST_POSITIONS:
             raise ConfigurationError("too_few_positions", place=Place(key="--at"))

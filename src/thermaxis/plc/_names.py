@@ -41,7 +41,6 @@ class PlcNames:
     channels: tuple[str, ...]
     """By sensor: the channels of the model in its order, then witnesses besides."""
     outputs: tuple[str, ...]
-    """By output."""
     parts: tuple[str, ...]
     """By part, in the order of the outputs."""
 

@@ -38,11 +38,6 @@ def plcopen_xml(texts: Iterable[str], name: str, flavour: StFlavour = "iec") -> 
         Who reads it: the last two get the namespace of version 2.00, which they write themselves.
         Default: version 2.01.
 
-    Returns
-    -------
-    str
-        The file.
-
     References
     ----------
     PLCopen, technical committee 6: XML formats for IEC 61131-3, version 2.01.

@@ -66,7 +66,6 @@ class PlcSettings:
     notes: tuple[Message, ...] = ()
     """What the export has changed in the model."""
     names: PlcNames = field(init=False, repr=False, compare=False)
-    """Names of everything."""
 
     def __post_init__(self) -> None:
         """Check what a PLC can hold."""
@@ -144,8 +143,6 @@ def export_settings(
 
     Parameters
     ----------
-    compensation : Compensation
-        Model, rules and limits.
     cycle_s : float
         Time from call to call. [s]
     name : str

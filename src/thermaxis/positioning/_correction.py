@@ -267,8 +267,6 @@ def values_at_points(levels: AxisLevels, position: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    levels : AxisLevels
-        Levels of the targets.
     position : FloatArray
         Points of the table, (k,). [mm or deg]
 

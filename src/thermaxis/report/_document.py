@@ -12,7 +12,6 @@ class Column:
     """A column of a table."""
 
     label: str
-    """Heading."""
     align: Align = "right"
     """Side to which its cells go."""
     wide: bool = False
@@ -73,7 +72,6 @@ class Fields:
 
     title: str
     fields: tuple[tuple[str, str], ...]
-    """Label and value."""
     code: bool = False
     """Whether values are codes of one line each, such as check sums."""
     kind: Literal["fields"] = "fields"
@@ -144,4 +142,3 @@ class Document:
     issuer: tuple[str, ...] = ()
     """Lines that stand above the title: who issues it."""
     end: str = ""
-    """Stands behind everything else."""

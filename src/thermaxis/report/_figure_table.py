@@ -31,15 +31,12 @@ class FigureRow:
     """One figure of a run; None where something does not exist. The axis fixes the unit."""
 
     key: str
-    """Key of the figure."""
     symbol: str
-    """Its symbol."""
     name: str
     """Its name in the edition of the standard."""
     absent: str
     """Why the run does not have it; empty if it has."""
     strong: bool
-    """Whether it stands out."""
     value: float | None
     """The standard's figure, as measured. [µm or arcsec]"""
     expanded_uncertainty: float | None
@@ -85,7 +82,6 @@ class FigureTable:
     labels: tuple[str, ...]
     """Heads of the columns that this run has; the first two hold symbol and name."""
     cells: tuple[tuple[str, ...], ...]
-    """The rows as text."""
     legend: tuple[Message, ...]
     """What must be read beside the numbers: what U covers, contains and lacks."""
     notes: tuple[Message, ...]
@@ -99,11 +95,6 @@ class FigureTable:
 
 def figure_table(report: "PositioningReport") -> FigureTable:
     """Return the figures of a run with uncertainty, effect of drift, limit and verdict.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated of the run.
 
     Returns
     -------
@@ -324,11 +315,6 @@ class BudgetTable:
 
 def budget_table(report: "PositioningReport") -> BudgetTable | None:
     """Return the uncertainty budget of the main figures as measured; None where there is none.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated of the run.
 
     Returns
     -------

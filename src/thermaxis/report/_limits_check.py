@@ -35,7 +35,6 @@ class FigureCheck:
     """One figure against its limit; the kind of axis fixes the unit: linear µm, rotary arcsec."""
 
     key: str
-    """Key of the figure."""
     value: float | None
     """The figure; None if it is absent. [µm or arcsec]"""
     limit: float
@@ -46,7 +45,6 @@ class FigureCheck:
     """How far below the limit it must be to pass, and above it to fail: its expanded uncertainty,
     or 0 for simple acceptance; None if that is not known or lacks something. [µm or arcsec]"""
     verdict: Verdict
-    """What the rule says."""
 
 
 @final
@@ -55,7 +53,6 @@ class LimitsCheck:
     """A run against its limits."""
 
     limits: FigureLimits
-    """The limits."""
     figures: tuple[FigureCheck, ...]
     """Every figure that has a limit, in the order of tables."""
     verdict: Verdict
@@ -94,8 +91,6 @@ def check_limits(
 
     Parameters
     ----------
-    limits : FigureLimits
-        The limits and the decision rule.
     iso230_2 : Iso230_2Result
         The figures. The mean reversal value is compared by its magnitude.
     uncertainty : FigureUncertainty, optional

@@ -66,13 +66,6 @@ def write_bytes(path: Path, content: bytes) -> Path:
     ----------
     path : Path
         The file; it is replaced if it exists.
-    content : bytes
-        Its content.
-
-    Returns
-    -------
-    Path
-        The file.
 
     Raises
     ------

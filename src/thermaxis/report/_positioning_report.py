@@ -39,7 +39,6 @@ class PositioningReport:
     """
 
     test: PositioningTest
-    """The measured run."""
     iso230_2: Iso230_2Result
     """Figures after ISO 230-2."""
     adjacent_difference: AdjacentDifferenceResult | None
@@ -59,7 +58,6 @@ class PositioningReport:
     source_sha256: str
     """SHA-256 of its bytes, 64 hexadecimal digits."""
     version: str
-    """Version of this program."""
     date: str | None = None
     """ISO date of issue, in place of that of the head; None: that of the head."""
     conditions: "tuple[Message, ...]" = ()

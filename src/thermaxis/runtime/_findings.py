@@ -21,7 +21,6 @@ class Finding(NamedTuple):
     """One thing that a check has found."""
 
     level: Level
-    """How grave it is."""
     message: Message
     """What was found, and at which key of the configuration or in which file."""
 

@@ -63,7 +63,6 @@ class OffsetMismatch(NamedTuple):
     another: bool | None = False
     """Whether nothing but another writer explains it; None where the next look tells."""
     utc: datetime | None = None
-    """When it was found."""
 
     @property
     def key(self) -> str:
@@ -155,7 +154,6 @@ class Found(NamedTuple):
     read_back_um: tuple[float | None, ...] | None = None
     """What the machine reports of those that stand; None where nothing could be read. [µm]"""
     told: tuple[OffsetMismatch, ...] = ()
-    """Mismatches that are new."""
     unusable: bool = False
     """Whether what was found can be no offset, and has just been so."""
     other_writer: bool = False

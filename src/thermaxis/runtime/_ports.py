@@ -165,7 +165,6 @@ class CycleRecord:
     samples: Mapping[str, SourceSample]
     """Every channel, interlock and flag that was read."""
     output: CycleOutput
-    """What the cycle said."""
     applied: Mapping[str, Applied]
     """What the machine said after the write."""
     lateness_s: float
@@ -314,7 +313,6 @@ class RequestOutcome(NamedTuple):
     """How a request of the status server was answered."""
 
     accepted: bool
-    """Whether it takes effect."""
     code: AnswerCode | LoopAnswer
     """Why not, or what follows."""
     values: Mapping[str, Value] = MappingProxyType({})

@@ -76,16 +76,6 @@ class VirtualTimeLoop(asyncio.SelectorEventLoop):
 def run_in_virtual_time(coroutine: Coroutine[Any, Any, T]) -> T:
     """Run a coroutine to its end in virtual time.
 
-    Parameters
-    ----------
-    coroutine : coroutine
-        What to run.
-
-    Returns
-    -------
-    object
-        What it returns.
-
     Raises
     ------
     RuntimeError

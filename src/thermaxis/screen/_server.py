@@ -33,8 +33,6 @@ async def serve(
     ----------
     configuration : MachineConfiguration
         The machine, with a table ``[screen]``.
-    clock : Clock
-        Time.
     tell : callable
         Takes the address once the pages can be opened.
     more : sequence of BaseRoute

@@ -145,7 +145,6 @@ class GeneratedThermalTest:
     """Log of the virtual machine, with its truth."""
 
     plan: ThermalTestPlan
-    """What was asked for."""
     time_s: FloatArray
     """Time since the first row, (n,). [s]"""
     spindle_c: FloatArray

@@ -68,9 +68,7 @@ class Mistake(NamedTuple):
     reference: str
     """Short name, the same whenever it happens again."""
     kind: str
-    """Kind of the error."""
     place: str
-    """File and line."""
 
 
 def mistake_of(error: BaseException) -> Mistake:

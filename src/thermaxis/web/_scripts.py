@@ -44,8 +44,6 @@ def sentences_of(names: tuple[str, ...], language: str) -> dict[str, str]:
     ----------
     names : tuple of str
         Names of scripts. Sentences are those that they name by a literal, or by how it begins.
-    language : str
-        Language of the sentences.
     """
     named = {found for name in names for found in _NAMED.findall(_text(name))}
     whole = {key for key, more in named if not more}

@@ -29,7 +29,6 @@ class DriftAtImages:
     model: str
     """Drift model that the run supports."""
     significant: bool
-    """Whether drift was found."""
     unit: str
     """Unit of the common drift."""
     slope_unit: str
@@ -39,7 +38,6 @@ class DriftAtImages:
     slope: FloatArray
     """b(t) at the images, (k,); NaN outside the run. [slope_unit]"""
     relation: DriftRelation
-    """Correlations with the regions."""
     warnings: tuple[Message, ...]
     """What the reader must know."""
 

@@ -50,13 +50,11 @@ class PlanResult:
     """A plan with everything that was worked out for it."""
 
     plan: TestPlan
-    """The plan."""
     remarks: tuple[Message, ...]
     """What was adjusted when the targets were chosen."""
     warnings: tuple[Message, ...]
     """Rules that the plan does not meet."""
     duration: Duration
-    """How long it takes."""
     assumptions: RunAssumptions
     """What is assumed of the axis."""
     assumed: tuple[str, ...]
@@ -70,7 +68,6 @@ class PlanResult:
     search: ShortestPlan | None
     """The search for the number of cycles, None if they were stated."""
     arguments: argparse.Namespace
-    """What was asked for."""
 
 
 def make_plan(arguments: argparse.Namespace) -> PlanResult:

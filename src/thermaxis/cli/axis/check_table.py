@@ -89,13 +89,9 @@ class CheckedTable:
     """A control's table beside a run."""
 
     arguments: argparse.Namespace
-    """What was asked for."""
     run: AxisRun
-    """The run."""
     control: Control
-    """The control."""
     options: Mapping[str, str]
-    """Its options."""
     read: ReadTable
     """What the control reads in the table."""
     measured: CorrectionEffect

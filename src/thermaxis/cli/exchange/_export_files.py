@@ -25,13 +25,11 @@ class Export(NamedTuple):
     """An export before it is written."""
 
     settings: plc.PlcSettings
-    """What is exported."""
     line: plc.LineSettings | None
     """The line; None where there is none."""
     files: Mapping[str, bytes]
     """Content by name; the report is the last."""
     report: Mapping[str, object]
-    """Content of the report."""
     remarks: tuple[Message, ...]
     """What the user must know besides the model's warnings."""
 

@@ -35,7 +35,6 @@ class ModelSource(NamedTuple):
     sha256: str
     """Hash of the model's content."""
     model: CompensationModel
-    """The model."""
 
 
 class Exported(NamedTuple):
@@ -44,7 +43,6 @@ class Exported(NamedTuple):
     sources: tuple[ModelSource, ...]
     """Models that were read, in their order."""
     compensation: Compensation
-    """Model, rules and limits."""
     model_sha256: str
     """Hash of the model that is exported."""
     positions_mm: tuple[float, ...]

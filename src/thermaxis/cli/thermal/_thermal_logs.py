@@ -40,7 +40,6 @@ class Span(NamedTuple):
     last: float | None
     """End, not included; None for that of the log. [1 or s]"""
     in_seconds: bool
-    """Whether both are times."""
     text: str
     """As the user wrote it."""
 
@@ -99,7 +98,6 @@ class Mask(NamedTuple):
     channel: str
     """Its column; empty for all."""
     rows: Span
-    """The rows, or times."""
 
 
 def mask(text: str) -> Mask:
@@ -156,7 +154,6 @@ class ReadLog:
     log: ThermalLog
     """The log, or the part of it that was asked for."""
     training: TrainingLog
-    """Name, hash, rows."""
 
 
 def read_logs(

@@ -119,7 +119,6 @@ class ComText:
     """A table's text, its lines and their defects."""
 
     path: str
-    """The file, for errors."""
     lines: tuple[str, ...]
     """Its lines without their ends, blank lines at the end left out."""
     findings: tuple[Message, ...] = ()

@@ -41,9 +41,7 @@ class _Form:
     """How the file separates cells and writes decimals; found out while it is read."""
 
     path: str
-    """The file, for errors."""
     delimiter: str = ""
-    """Sign between cells."""
     decimal: str = ""
     """Decimal sign; empty as long as none was met."""
 

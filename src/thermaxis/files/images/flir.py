@@ -36,8 +36,6 @@ def read_flir(
 
     Parameters
     ----------
-    path : Path or str
-        The file.
     emissivity : float, optional
         Emissivity in place of the one that the camera was set to. [1]
     reflected_c : float, optional

@@ -32,8 +32,6 @@ def read_thermal_log(
 
     Parameters
     ----------
-    path : Path or str
-        The file.
     mapping : ThermalMapping, Path or str, optional
         What the columns are, or the file that says so.
     sample_time_s : float, optional

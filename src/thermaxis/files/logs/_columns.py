@@ -87,7 +87,6 @@ class LogHeading:
     """The heading of one column of a log."""
 
     name: str
-    """Name of the channel."""
     unit: str
     """Its unit; empty if none is stated."""
     time_rank: int | None
@@ -104,9 +103,7 @@ class Channel:
     column: int
     """Its index in the file, from 0. [1]"""
     name: str
-    """Name in the log."""
     unit: str
-    """Unit in the log."""
     factor: float = 1.0
     """What a value of the file is multiplied by."""
     offset: float = 0.0
@@ -125,7 +122,6 @@ class ColumnPlan:
     date: int | None
     """Index of a column of dates beside one of times of the day."""
     channels: tuple[Channel, ...]
-    """The other columns."""
     mapping: ThermalMapping
     """The mapping that was given, or an empty one."""
     remarks: tuple[Message, ...]
@@ -148,7 +144,6 @@ class LogTable:
     place_of: Callable[[int], Place] | None = None
     """Says where a row stands in the file, by its index. Default: rows count from 1."""
     remarks: tuple[Message, ...] = ()
-    """What the reader noticed."""
     start: datetime | None = None
     """Time of day of the first row, if the file states it beside the columns."""
     origin_s: float = 0.0

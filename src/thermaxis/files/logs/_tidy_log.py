@@ -19,8 +19,6 @@ def write_thermal_log(
 
     Parameters
     ----------
-    log : ThermalLog
-        The log.
     path : Path or str
         The file; one that is there is replaced.
     first_time_s : float, optional
@@ -44,8 +42,6 @@ def format_thermal_log(log: ThermalLog, *, first_time_s: float | None = None) ->
 
     Parameters
     ----------
-    log : ThermalLog
-        The log.
     first_time_s : float, optional
         Times begin with this number, and there are no lines of comment. Default: times from the
         first row. [s]

@@ -52,8 +52,6 @@ def read_positioning(
 
     Parameters
     ----------
-    path : Path or str
-        The file.
     fallback_encoding : str
         Encoding of a text file that is not UTF-8. Default: cp1250, met in files of Czech Windows.
     mapping : RunMapping
@@ -88,8 +86,6 @@ def read_positioning_with_sha256(
 
     Parameters
     ----------
-    path : Path or str
-        The file.
     fallback_encoding : str
         Encoding of a text file that is not UTF-8. Default: as `read_positioning`.
     mapping : RunMapping

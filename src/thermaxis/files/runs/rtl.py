@@ -189,10 +189,6 @@ def write_rtl(
 
     Parameters
     ----------
-    test : PositioningTest
-        A linear run of standard cycles.
-    path : Path or str
-        The file to write.
     deviation_decimals : int
         Printed decimals of deviations in µm. Default: a nanometre, as the instrument prints. [1]
     encoding : str

@@ -138,11 +138,6 @@ def format_tidy_csv(test: PositioningTest) -> str:
     stand in lines of comment above the headings. A reading that is missing keeps its row, with an
     empty cell.
 
-    Parameters
-    ----------
-    test : PositioningTest
-        The run.
-
     Returns
     -------
     str
@@ -192,8 +187,6 @@ def write_tidy_csv(test: PositioningTest, path: Path | str) -> None:
 
     Parameters
     ----------
-    test : PositioningTest
-        The run.
     path : Path or str
         The file; an existing one is replaced.
 

@@ -56,8 +56,6 @@ def read_budget(path: Path, kind: AxisKind) -> UncertaintyBudget:
 
     Parameters
     ----------
-    path : Path
-        TOML with a table for each term.
     kind : AxisKind
         Kind of the axis, which fixes the unit.
 

@@ -48,7 +48,6 @@ class FigureLimits:
     limit: Mapping[str, float]
     """Largest magnitude allowed, by key of the figure. [µm or arcsec]"""
     decision_rule: DecisionRule
-    """How they decide."""
     expanded_uncertainty: Mapping[str, float]
     """Expanded uncertainty (k = 2) by key of the figure, where it is to count in place of the
     evaluated one. [µm or arcsec]"""

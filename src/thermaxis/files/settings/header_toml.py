@@ -57,7 +57,6 @@ class HeaderField:
     in_file: str = ""
     """Key under which a measurement file may state it as a text with its unit."""
     takes: Takes = Takes.ANYTHING
-    """What may stand there."""
     place: str = ""
     """Table and key of the file, such as ``machine.name``."""
     needed: bool = False
@@ -72,9 +71,7 @@ class HeaderGroup:
     name: str
     """Name of its table in the file."""
     title: str
-    """Its heading."""
     fields: tuple[HeaderField, ...]
-    """Its fields."""
 
 
 def _groups() -> Iterator[HeaderGroup]:

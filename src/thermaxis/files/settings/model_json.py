@@ -74,11 +74,6 @@ def model_as_json(model: CompensationModel) -> dict[str, object]:
 def model_sha256(model: CompensationModel) -> str:
     """Return the hash by which a model is named.
 
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-
     Returns
     -------
     str
@@ -118,11 +113,6 @@ def _plain_value(value: object, *, whole: bool = False) -> object:
 def format_model(model: CompensationModel) -> str:
     """Return a model as the text of its file.
 
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-
     Returns
     -------
     str
@@ -136,8 +126,6 @@ def write_model(model: CompensationModel, path: Path | str) -> None:
 
     Parameters
     ----------
-    model : CompensationModel
-        The model.
     path : Path or str
         The file; it is replaced if it exists.
 

@@ -72,11 +72,6 @@ def _keys(kind: AxisKind) -> dict[str, str]:
 def plan_as_json(plan: TestPlan) -> dict[str, object]:
     """Return a plan with the keys of the format, its hash as the last one.
 
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
-
     Returns
     -------
     dict
@@ -103,11 +98,6 @@ def _content(plan: TestPlan) -> dict[str, object]:
 def plan_sha256(plan: TestPlan) -> str:
     """Return the hash of a plan: what an NC program and a certificate name it by.
 
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
-
     Returns
     -------
     str
@@ -120,11 +110,6 @@ def plan_sha256(plan: TestPlan) -> str:
 
 def format_plan(plan: TestPlan) -> str:
     """Return a plan as the text of its file.
-
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
 
     Returns
     -------
@@ -143,8 +128,6 @@ def write_plan(plan: TestPlan, path: Path | str) -> None:
 
     Parameters
     ----------
-    plan : TestPlan
-        The plan.
     path : Path or str
         The file; it is replaced if it exists.
 

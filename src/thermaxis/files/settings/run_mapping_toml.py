@@ -31,11 +31,6 @@ def read_run_mapping(path: Path | str) -> RunMapping:
     path : Path or str
         The file: the fields of `RunMapping`; a column may have its role alone as a text.
 
-    Returns
-    -------
-    RunMapping
-        What it says.
-
     Raises
     ------
     ConfigurationError

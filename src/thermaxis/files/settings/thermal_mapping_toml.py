@@ -65,11 +65,6 @@ def read_thermal_mapping(path: Path | str) -> ThermalMapping:
         The file: a table `[columns]` with one entry per heading (name, unit, factor, offset,
         leave_out), and a table `[time]` (column, unit, date_order, format, sample_time_s).
 
-    Returns
-    -------
-    ThermalMapping
-        What it says.
-
     Raises
     ------
     MeasurementFileError

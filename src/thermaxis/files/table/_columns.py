@@ -85,7 +85,6 @@ class Unit:
     """Unit of a length or of an angle, as factors to the units of its kind of axis."""
 
     name: str
-    """Name in messages: µm."""
     kind: AxisKind
     """Linear for lengths, rotary for angles."""
     position: tuple[float, float]
@@ -195,7 +194,6 @@ class Heading:
     """The heading of one column."""
 
     text: str
-    """As in the file."""
     role: Role | None
     """What the column holds, None if its name is not known."""
     unit: Unit | None = None
@@ -269,7 +267,6 @@ class Pass(NamedTuple):
     number: int | None = None
     """Number of the run or cycle. [1]"""
     approach: int | None = None
-    """Its approach, if stated."""
     by_letter: bool = False
     """Whether one letter alone states it."""
     counted: Role | None = None

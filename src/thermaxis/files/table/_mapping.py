@@ -23,7 +23,6 @@ class RunColumn:
     cycle: int | None = None
     """Cycle of the pass whose deviations it holds. [1]"""
     direction: Direction | None = None
-    """Direction of that pass."""
     leave_out: bool = False
     """Whether it is not read."""
 

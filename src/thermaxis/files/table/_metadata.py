@@ -39,7 +39,6 @@ class Metadata:
     """What stands in comments and above the headings of a table, collected line by line."""
 
     header: dict[str, str] = field(default_factory=dict[str, str])
-    """Texts by field."""
     environment: dict[str, StartEnd] = field(default_factory=dict[str, StartEnd])
     """Values of the environment; the unit ends the key."""
     remarks: list[Message] = field(default_factory=list[Message])
@@ -49,7 +48,6 @@ class Metadata:
     end: datetime | None = None
     """Stated time of the last reading."""
     cycle: Cycle = Cycle.STANDARD
-    """Stated order of visits."""
     interpolated: bool = False
     """Whether the times of the file were spread evenly, not measured."""
     order_deduced: bool = False

@@ -76,7 +76,6 @@ class TableSource:
     """Where a table comes from, for errors."""
 
     path: str
-    """The file."""
     sheet: str | None = None
     """Sheet of a workbook, None for a text file."""
     mapping: RunMapping = NO_MAPPING
@@ -108,11 +107,9 @@ class Table:
     source: TableSource
     """Where the table comes from."""
     layout: Layout
-    """Tidy or wide."""
     heading_row: int
     """Number of the row of headings. [1]"""
     headings: tuple[Heading, ...]
-    """One per column."""
     row: NDArray[np.int64]
     """Number of each row in its file, (k,). [1]"""
     columns: tuple[Sequence[str], ...]

@@ -46,7 +46,6 @@ class Stamps:
     interval_s: float = 0.0
     """Each lies between what is written and so much later. [s]"""
     remarks: tuple[Message, ...] = ()
-    """How they were read."""
 
 
 @final
@@ -55,7 +54,6 @@ class ReadingTimes:
     """Times and acquisition order of the rows of a table."""
 
     source: TimeSource
-    """Where they come from."""
     time_s: FloatArray | None = None
     """Time of each row since the first reading, (k,). [s]"""
     order: FloatArray | None = None

@@ -27,7 +27,6 @@ class GuideFacts(NamedTuple):
     """What the guide says besides the settings."""
 
     target: Target
-    """Who gets the program."""
     files: tuple[str, ...]
     """Names of the program's files."""
     vectors: str
@@ -50,15 +49,6 @@ def guide_text(settings: PlcSettings, block: Block, facts: GuideFacts) -> str:
 
     Not protected: a guide does not see the machine. Whoever follows it must be allowed to set up
     this machine, and stands by its emergency stop.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What was exported.
-    block : Block
-        The block.
-    facts : GuideFacts
-        Target and files.
 
     Returns
     -------

@@ -82,7 +82,6 @@ class ReportFacts(NamedTuple):
     """What the report says besides the settings."""
 
     target: Target
-    """Who gets the program."""
     models: tuple[tuple[str, str], ...]
     """Name of the file and hash of the content of every model that was read."""
     line: LineSettings | None = None
@@ -120,10 +119,6 @@ def report_of(
 
     Parameters
     ----------
-    settings : PlcSettings
-        What was exported.
-    facts : ReportFacts
-        What else is known.
     files : mapping
         Content of every other file by name.
 

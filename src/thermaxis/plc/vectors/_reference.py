@@ -67,7 +67,6 @@ class PlcStep(NamedTuple):
     inputs: Mapping[str, Any]
     """Inputs of the block. Numbers may be NaN or infinite."""
     outputs: Mapping[str, Any]
-    """Outputs after the call."""
 
 
 @final

@@ -85,8 +85,6 @@ def self_test_of(block: Block, *, most_calls: int = _MOST_CALLS) -> SelfTest:
 
     Parameters
     ----------
-    block : Block
-        The block, with supervisor and requests.
     most_calls : int
         Calls that its rows share, besides the first settling: a wait for which they do not
         suffice, such as that for a frozen value, is left out, and `missing` says so. Default:

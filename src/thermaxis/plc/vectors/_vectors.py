@@ -50,8 +50,6 @@ def vectors_of(
 
     Parameters
     ----------
-    settings : PlcSettings
-        What is exported.
     line : LineSettings, optional
         The line. Default: there is none.
     most_calls : int

@@ -77,7 +77,6 @@ class Finding:
     unit: str
     """Unit of the number as printed."""
     message: Message
-    """Its sentence as data."""
     p_value: float | None
     """Probability of so much or more by chance alone, all places that were searched counted;
     for scale_error, once_per_turn_error, backlash and drift_reversal if the true value were at its
@@ -430,8 +429,6 @@ def diagnose(test: PositioningTest, drift: "DriftResult | None") -> tuple[Findin
 
     Parameters
     ----------
-    test : PositioningTest
-        The measured run.
     drift : DriftResult or None
         Its drift-free levels; None where they do not exist: then the plain means are used,
         and nothing is said of the drift.

@@ -159,7 +159,6 @@ class Change:
     std: float
     """Its standard uncertainty. [µm or arcsec]"""
     kind: ChangeKind
-    """What jumps."""
     interval_s: float | None
     """Time between both readings; long in a pause, when it may have been gradual. [s]"""
 
@@ -185,7 +184,6 @@ class DriftResult:
     """A run without its drift, at one thermal state."""
 
     model: DriftModel
-    """What the run supports."""
     p_no_drift: float
     """Probability of readings that vary so much in time, without any drift. [1]"""
     time_source: TimeSource

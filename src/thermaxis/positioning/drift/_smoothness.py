@@ -59,7 +59,6 @@ class Average:
     """Fits of different smoothness with their weights."""
 
     fits: tuple[Fit, ...]
-    """The fits that matter."""
     weight: FloatArray
     """Their weights, one in sum. [1]"""
     line: Fit
@@ -67,7 +66,6 @@ class Average:
     line_is_enough: bool
     """Whether nothing more than a line is supported."""
     best: Fit
-    """The likeliest of them."""
     best_departure: FloatArray
     """Its departures, (C,). [1]"""
     evidence: float

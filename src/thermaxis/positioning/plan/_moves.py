@@ -48,7 +48,6 @@ class MoveBlock:
     repetitions: int
     """How often the block is driven. [1]"""
     moves: tuple[Move, ...]
-    """Its moves."""
 
 
 def moves_of_plan(plan: TestPlan, *, warm_up: int = 0) -> tuple[MoveBlock, ...]:
@@ -63,8 +62,6 @@ def moves_of_plan(plan: TestPlan, *, warm_up: int = 0) -> tuple[MoveBlock, ...]:
 
     Parameters
     ----------
-    plan : TestPlan
-        The plan.
     warm_up : int
         Number of travels from end to end and back, without a stop, before the first reading.
         Default: none. [1]

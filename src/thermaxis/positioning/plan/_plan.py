@@ -93,7 +93,6 @@ class TestPlan:
     overrun: float
     """How far the axis passes a target before it comes back to it. [mm or deg]"""
     cycle: Cycle = Cycle.STANDARD
-    """Order of the visits."""
     approaches: tuple[int, ...] = (FORWARD, BACKWARD)
     """Approaches that are recorded; one of them alone makes a unidirectional run."""
     recording_s: float = 0.0
@@ -203,7 +202,6 @@ class TargetChoice:
     random_part: float
     """Half width of the random part r. [mm or deg]"""
     remarks: tuple[Message, ...]
-    """What was adjusted."""
 
 
 def choose_targets(
@@ -422,11 +420,6 @@ def _travel(plan: TestPlan, visits: Visits) -> tuple[FloatArray, FloatArray]:
 def evaluate_duration(plan: TestPlan) -> Duration:
     """Return how long a plan takes by its motion, dwell and recording alone.
 
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
-
     Returns
     -------
     Duration
@@ -444,11 +437,6 @@ def evaluate_duration(plan: TestPlan) -> Duration:
 
 def planned_test(plan: TestPlan) -> PositioningTest:
     """Return the run that a plan asks for, as if it had been measured without any deviation.
-
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
 
     Returns
     -------
@@ -481,11 +469,6 @@ def planned_test(plan: TestPlan) -> PositioningTest:
 def check_plan(plan: TestPlan) -> tuple[Message, ...]:
     """Compare a plan with the test conditions of ISO 230-2 and with the pitch.
 
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
-
     Returns
     -------
     tuple of Message
@@ -508,13 +491,6 @@ def check_plan(plan: TestPlan) -> tuple[Message, ...]:
 
 def check_against_plan(test: PositioningTest, plan: TestPlan) -> tuple[Message, ...]:
     """Compare a measured run with the plan that it was to follow.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The measured run.
-    plan : TestPlan
-        The plan.
 
     Returns
     -------

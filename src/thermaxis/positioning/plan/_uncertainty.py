@@ -70,7 +70,6 @@ class RunAssumptions:
     """Reversal value of the assumed axis. [µm or arcsec]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         for entry in fields(self):
             value: float = getattr(self, entry.name)
             least = 0.0 if entry.name in {"drift", "systematic", "reversal"} else 1e-9
@@ -252,8 +251,6 @@ def expected_uncertainty(
 
     Parameters
     ----------
-    plan : TestPlan
-        The plan.
     assumptions : RunAssumptions, optional
         Noise, drift and shape of the axis. Default: those that `RunAssumptions` states.
     samples : int, optional
@@ -321,8 +318,6 @@ def simulate_uncertainty(
 
     Parameters
     ----------
-    plan : TestPlan
-        The plan.
     assumptions : RunAssumptions, optional
         Noise, drift and shape of the axis. Default: those that `RunAssumptions` states.
     runs : int

@@ -146,7 +146,6 @@ class PositioningTest:
     header: Mapping[str, str] = field(default_factory=dict[str, str])
     """Texts of the file's head, by field (`machine`, `axis`, `title`, ...)."""
     remarks: tuple[Message, ...] = ()
-    """What the reader noticed."""
 
     def __post_init__(self) -> None:
         """Check shapes and freeze every array."""

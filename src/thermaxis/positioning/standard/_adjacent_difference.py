@@ -68,7 +68,6 @@ class AdjacentDifferenceApproach:
     """Whether there were enough positions and complete cycles to look for them."""
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only."""
         freeze_arrays(self)
 
 
@@ -93,7 +92,6 @@ class AdjacentDifferenceResult:
     """What the reader of the result must know."""
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only."""
         freeze_arrays(self)
 
     @property

@@ -31,7 +31,6 @@ class FiguresAgainstCycles:
     (K, 2). [µm or arcsec]"""
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only."""
         freeze_arrays(self)
 
 

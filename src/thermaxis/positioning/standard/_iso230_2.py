@@ -87,7 +87,6 @@ class Iso230_2Figures:
     """Bidirectional repeatability per target, (..., m). [µm or arcsec]"""
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only."""
         freeze_arrays(self)
 
     @property
@@ -284,8 +283,6 @@ def evaluate_iso230_2(
 
     Parameters
     ----------
-    test : PositioningTest
-        The measured run.
     edition : Edition
         Edition whose names the result carries; 1997, 2006 and 2014 have the same formulas.
         Default: the latest.

@@ -94,7 +94,6 @@ class DifferenceMonteCarlo:
     """s_b/s_a of the paper's one experiment with 1000 numbers. [1]"""
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only."""
         freeze_arrays(self)
 
 

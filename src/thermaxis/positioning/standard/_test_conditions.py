@@ -22,11 +22,6 @@ ROTARY_TARGETS = ((90.0, 3), (180.0, 5), (360.0, 8))
 def check_test_conditions(test: PositioningTest) -> tuple[Message, ...]:
     """Compare a run with the test conditions of ISO 230-2.
 
-    Parameters
-    ----------
-    test : PositioningTest
-        The measured run.
-
     Returns
     -------
     tuple of Message

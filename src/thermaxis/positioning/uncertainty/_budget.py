@@ -55,7 +55,6 @@ class UncertaintyBudget:
     """Range E_VE of a drift test with the axis at rest. [µm or arcsec]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         for name in self.__dataclass_fields__:
             value: float | None = getattr(self, name)
             if value is not None and not 0.0 <= value < 1e9:
@@ -79,7 +78,6 @@ class UncertaintyTerm:
     value: float
     """What is known of it: expanded uncertainty (k = 2) or half width of its interval. [unit]"""
     unit: str
-    """Unit of the quantity."""
     distribution: str
     """`normal` or `rectangular`."""
     standard_uncertainty: float
@@ -180,7 +178,6 @@ class Terms:
     """Terms of a budget, evaluated for one run."""
 
     unit: str
-    """Unit of deviations."""
     systematic: tuple[UncertaintyTerm, ...]
     of_readings: tuple[UncertaintyTerm, ...]
     """Terms that act on each reading: environment and resolution."""

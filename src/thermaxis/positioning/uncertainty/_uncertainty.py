@@ -82,7 +82,6 @@ class BudgetRow:
     """What one input quantity contributes to the uncertainty of one figure."""
 
     figure: str
-    """Key of the figure."""
     quantity: str
     """`noise` (scatter of the readings, with the estimate of the drift where that is taken away),
     `resolution` (their rounding), `extremes` (bias of maxima and minima, not corrected), a term of
@@ -92,7 +91,6 @@ class BudgetRow:
     """What is known of it: standard deviation of a reading; bias; expanded uncertainty (k = 2) of
     the instrument; half width of an interval. [unit]"""
     unit: str
-    """Unit of the quantity."""
     distribution: str
     """`t`, `normal`, `rectangular`, or empty for a bias."""
     standard_uncertainty: float
@@ -493,8 +491,6 @@ def evaluate_uncertainty(
 
     Parameters
     ----------
-    test : PositioningTest
-        The measured run.
     drift : DriftResult or None
         Its drift and levels; None where they are not known.
     budget : UncertaintyBudget, optional

@@ -66,8 +66,6 @@ def write_report(report: PositioningReport, *paths: Path, progress: Progress | N
 
     Parameters
     ----------
-    report : PositioningReport
-        What was evaluated.
     paths : Path
         Files that end in ``.pdf``, ``.html``, ``.htm``, or ``.xml``: PTB's Digital Calibration
         Certificate with the PDF inside. The charts are drawn once for all.

@@ -63,8 +63,6 @@ def write_field_figures(
 
     Parameters
     ----------
-    result : ThermalFieldsResult
-        The compared images.
     folder : Path
         Where the files go; it is made if it does not exist.
     mm_per_pixel : float, optional

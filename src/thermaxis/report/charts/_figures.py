@@ -41,9 +41,7 @@ class Chart:
     name: str
     """Name of its files, without suffix."""
     draw: Callable[..., Figure]
-    """Draws it."""
     numbers: Callable[[PositioningReport], NumberTable]
-    """The numbers behind it."""
     more_numbers: Mapping[str, Callable[[PositioningReport], NumberTable]] = field(
         default_factory=lambda: MappingProxyType({})
     )
@@ -114,8 +112,6 @@ def write_figures(
 
     Parameters
     ----------
-    report : PositioningReport
-        What was evaluated.
     folder : Path
         Where the files go; it is made if it does not exist.
     progress : callable, optional
@@ -158,11 +154,6 @@ def write_montecarlo_figures(result: DifferenceMonteCarlo, folder: Path) -> tupl
         Outcome of the experiments.
     folder : Path
         Where the files go; it is made if it does not exist.
-
-    Returns
-    -------
-    tuple of Path
-        The files.
 
     Raises
     ------

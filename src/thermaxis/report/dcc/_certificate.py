@@ -41,8 +41,6 @@ def dcc_xml(
 
     Parameters
     ----------
-    report : PositioningReport
-        What was evaluated.
     statements : sequence of str
         Sentences that hold for the whole certificate, such as that on its reproduction.
     document : bytes, optional

@@ -89,11 +89,9 @@ class Quantity:
     """One number, or one for each target."""
 
     ref_type: str
-    """Its type."""
     name: str
     """What it is, in words."""
     unit: str
-    """Unit in D-SI."""
     values: Sequence[float]
     """Value, or values in the order of the targets."""
     uncertainty: Uncertainty | None = None

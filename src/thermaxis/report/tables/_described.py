@@ -38,7 +38,6 @@ class Table(NamedTuple):
     title: str
     """Line above it; empty: for the JSON only."""
     rows: Sequence[Sequence[Value]]
-    """Its rows."""
     key: str = ""
     """Key in the JSON; empty: for the terminal only."""
     names: Sequence[str] | None = None
@@ -53,7 +52,6 @@ class Section(NamedTuple):
     key: str
     """Key of the object in the JSON; empty: its parts stand where it stands."""
     parts: "Sequence[Part]"
-    """What it consists of."""
 
 
 Part: TypeAlias = Value | Table | Section | str
@@ -95,11 +93,6 @@ def messages_of(
 
 def as_json(parts: Sequence[Part]) -> dict[str, object]:
     """Return a described result as objects, arrays, texts and numbers of JSON.
-
-    Parameters
-    ----------
-    parts : sequence of Part
-        The description.
 
     Returns
     -------

@@ -12,6 +12,5 @@ class ComparedModel(NamedTuple):
     name: str
     """Name by which it is shown."""
     model: CompensationModel
-    """The model."""
     result: Verification
     """Its verification on that log alone."""

@@ -58,9 +58,7 @@ class Look:
     """How a line looks."""
 
     colour: str
-    """Colour."""
     line: Dash = "-"
-    """Dashes."""
     width: float = 1.1
     """Width. [pt]"""
     marker: str = ""
@@ -104,7 +102,6 @@ class Trace:
     y: FloatArray
     """Values, (n,); NaN where there is none. [unit of the panel]"""
     look: Look
-    """How it looks."""
 
 
 @final
@@ -113,7 +110,6 @@ class Area:
     """A pale area behind the lines: a band, or the extent of what is not drawn."""
 
     label: str
-    """Its name."""
     x: FloatArray
     """Times or lags, (n,). [unit of the panel]"""
     low: FloatArray
@@ -136,15 +132,12 @@ class Panel:
     quantity: str
     """Label of the upright axis, with the unit."""
     traces: tuple[Trace, ...]
-    """The lines."""
     areas: tuple[Area, ...] = ()
-    """Behind the lines."""
     shaded: tuple[tuple[float, float], ...] = ()
     """Parts of the level axis that do not count. [unit of the panel]"""
     mark: float | None = None
     """Place of an upright line. [unit of the panel]"""
     mark_label: str = ""
-    """What it stands for."""
     height_in: float = 1.55
     """Height. [in]"""
     log_y: bool = False
@@ -163,7 +156,6 @@ class ThermalChart:
     caption: str
     """What it shows and how to read it."""
     draw: Callable[[], Figure]
-    """Draws it."""
     numbers: NumberTable
     """What is drawn, in numbers."""
 
@@ -179,7 +171,6 @@ class PanelGrid:
     """Panels that stand together."""
 
     heading: str
-    """First line above them."""
     source: str
     """Second line: the log; text from files as it is."""
     panels: tuple[Panel, ...]

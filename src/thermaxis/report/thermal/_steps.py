@@ -55,7 +55,6 @@ class Responses:
     """Curves of one output: the response to a step, or the gain or phase of that to a sine."""
 
     name: str
-    """Name of the output."""
     x: FloatArray
     """Times since the step, or frequencies, (n,). [h or 1/h]"""
     curve: Mapping[str, FloatArray]

@@ -39,8 +39,6 @@ def write_trend_figures(trend: Trend, folder: Path) -> tuple[Path, ...]:
 
     Parameters
     ----------
-    trend : Trend
-        The runs.
     folder : Path
         Where the files go; it is made if it does not exist.
 

@@ -58,11 +58,8 @@ class TrendRun:
     """One run of the trend."""
 
     name: str
-    """Name of its file."""
     test: PositioningTest
-    """The run."""
     iso230_2: Iso230_2Result
-    """Its figures as measured."""
     drift: DriftResult | None
     """Its drift; None if not asked for or not known."""
     measured: Mapping[str, TrendFigure]
@@ -77,7 +74,6 @@ class TrendChange:
     """How a figure changed from the first run to the last."""
 
     key: str
-    """Key of the figure."""
     drift_free: bool
     """Whether the figures without drift are compared, which both runs have."""
     change: float
@@ -100,7 +96,6 @@ class Trend:
     """Runs of one axis in the order of time."""
 
     runs: tuple[TrendRun, ...]
-    """The runs."""
     dates: tuple[datetime, ...] | None
     """Their starts, naive or all in UTC; None if one is not stated: then the order is as given."""
     changes: tuple[TrendChange, ...]
@@ -357,11 +352,6 @@ def air_differs(mean_c: Mapping[str, float]) -> list[Message]:
 
 def trend_table(trend: Trend) -> NumberTable:
     """Return the trend as one row for each run, all figures with their uncertainties.
-
-    Parameters
-    ----------
-    trend : Trend
-        The runs.
 
     Returns
     -------

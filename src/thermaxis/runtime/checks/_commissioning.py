@@ -79,7 +79,6 @@ class CommissioningPlan:
     """
 
     output: str
-    """Name of the output."""
     limits: Limits
     """Its limits: the step keeps to them."""
     step_um: float = DEFAULT_STEP_UM
@@ -94,7 +93,6 @@ class CommissioningPlan:
     """Standard deviation of one measurement, beyond that of a gauge that stands. [µm]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         largest_um = self.limits.largest_um
         least_um = max(SMALLEST_STEP_UM, LEAST_STEP_PER_NOISE * self.noise_um)
         require_range("step_um", abs(self.step_um), least_um, largest_um, self.output)
@@ -107,7 +105,6 @@ class StepProof:
     """What a step showed."""
 
     output: str
-    """Name of the output."""
     asked_um: float
     """Step that was asked for; positive moves the tool away from the workpiece. [µm]"""
     found_um: float
@@ -121,7 +118,6 @@ class StepProof:
     back_um: float
     """Displacement that was left after the way back. [µm]"""
     verdict: Message
-    """What follows."""
 
     @property
     def passed(self) -> bool:
@@ -201,17 +197,6 @@ async def prove_step(
     ----------
     sink : Sink
         The machine; open and connected.
-    clock : Clock
-        Time.
-    plan : CommissioningPlan
-        Output, limits and step.
-    measure : callable
-        Measures the displacement.
-
-    Returns
-    -------
-    StepProof
-        Numbers and verdict.
 
     Raises
     ------

@@ -66,7 +66,6 @@ class MachineRules:
     """How touches are believed, by output."""
 
     def __post_init__(self) -> None:
-        """Freeze the mappings."""
         for name in ("sensors", "limits", "validity", "touches"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 

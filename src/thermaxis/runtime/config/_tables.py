@@ -571,7 +571,6 @@ class MachineFile:
     """The pages of thermaxis screen."""
 
     def __post_init__(self) -> None:
-        """Freeze the mappings."""
         for one in fields(self):
             value: object = getattr(self, one.name)
             if isinstance(value, dict):

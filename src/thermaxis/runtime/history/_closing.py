@@ -48,7 +48,6 @@ class Order(NamedTuple):
     url: str
     """The database, without a password."""
     table: str
-    """Table of the rows."""
     first: int
     """Id of the first row. [1]"""
     last: int
@@ -58,7 +57,6 @@ class Order(NamedTuple):
     open_day: str
     """Day that is not finished: its parts are not joined."""
     folder: str
-    """Folder of the machine."""
 
 
 def done(order: Order, password: str = "") -> Iterator[str]:

@@ -54,7 +54,6 @@ class Column(NamedTuple):
     name: str
     """Its name, with the unit at its end."""
     kind: Kind
-    """What stands in it."""
     digits: int | None = None
     """Digits behind the point that are kept; None for all. [1]"""
 
@@ -77,13 +76,11 @@ class Row(NamedTuple):
     """A cycle that waits to be stored."""
 
     layout: Layout
-    """Its columns."""
     utc_us: int
     """Time of day. [µs]"""
     numbers: bytes
     """Numbers as float64; NaN where there is none."""
     texts: tuple[str | None, ...]
-    """Texts."""
     is_row = True
 
     @property
@@ -114,13 +111,10 @@ class PackedEvent(NamedTuple):
     utc_us: int
     """Time of day. [µs]"""
     kind: str
-    """Its kind."""
     who: str
-    """Who caused it."""
     code: str
     """Key of its sentence; empty where it has none."""
     text: str
-    """What happened."""
     details: str
     """JSON."""
     is_row = False

@@ -151,11 +151,6 @@ def check_database(url: str, password: str = "") -> None:
 def printable_cause(error: BaseException) -> str:
     """Return why something failed, for a message that people read.
 
-    Parameters
-    ----------
-    error : BaseException
-        The error.
-
     Returns
     -------
     str

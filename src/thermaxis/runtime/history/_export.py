@@ -53,8 +53,6 @@ def export_history(
 
     Parameters
     ----------
-    reader : HistoryReader
-        The history.
     path : Path
         The file, ``.parquet`` or ``.csv``; it is replaced when everything has been written.
     first : datetime, optional
@@ -66,11 +64,6 @@ def export_history(
     everything : bool
         Whether codes, statuses, ages and what the model was given are written as well. Default:
         no.
-
-    Returns
-    -------
-    Export
-        Rows and headings.
 
     Raises
     ------

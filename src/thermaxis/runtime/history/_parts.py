@@ -39,7 +39,6 @@ class Part(NamedTuple):
     last: int
     """Id of its last one. [1]"""
     folder: Path
-    """Folder of its day."""
 
     @property
     def cycles(self) -> Path:

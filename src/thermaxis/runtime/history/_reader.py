@@ -49,17 +49,13 @@ class Trend:
     """One number over time, in equal steps; steps without a value are left out."""
 
     name: str
-    """Name of the column."""
     step_us: int
     """Length of a step. [µs]"""
     time_us: tuple[int, ...]
     """Begin of each step, since 1970. [µs]"""
     lowest: tuple[float, ...]
-    """Least value of each."""
     mean: tuple[float, ...]
-    """Mean of each."""
     highest: tuple[float, ...]
-    """Greatest value of each."""
 
 
 @final
@@ -118,7 +114,6 @@ class HistoryReader:
         return self._path is None or file_identity(self._path) == self._identity
 
     def __enter__(self) -> Self:
-        """Return itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -321,11 +316,6 @@ class HistoryReader:
             Kinds that are wanted; empty for all.
         newest : int, optional
             Only so many, the newest. [1]
-
-        Returns
-        -------
-        list of EventRecord
-            The events.
 
         Raises
         ------

@@ -94,7 +94,6 @@ class LocalAnswer(NamedTuple):
     """How the loop has answered."""
 
     accepted: bool
-    """Whether it takes effect."""
     message: Message
     """Why not, or what follows."""
 

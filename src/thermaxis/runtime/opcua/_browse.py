@@ -36,7 +36,6 @@ class FoundNode(NamedTuple):
     writable: bool
     """Whether this user may write it, as far as the server says."""
     value: float | bool
-    """What it holds now."""
     unit: str
     """The unit that the server states; empty where it states none."""
 

@@ -26,13 +26,10 @@ class Certificate:
     """What a certificate says."""
 
     parsed: x509.Certificate = field(repr=False)
-    """The certificate itself."""
     der: bytes = field(repr=False)
     """The same, DER, without those that may follow it."""
     subject: str
-    """Who it names, printable."""
     application_uris: tuple[str, ...]
-    """Addresses of the application."""
     hosts: tuple[str, ...]
     """Names and addresses of its computer."""
     not_before: datetime

@@ -22,7 +22,6 @@ class ServerOffer:
     """One certificate of a server, and for what it offers it."""
 
     certificate: Certificate
-    """The certificate."""
     policies: tuple[str, ...]
     """Policies of `SECURITIES` that it offers with signing and encryption."""
     users: tuple[str, ...]

@@ -64,7 +64,6 @@ class NewCertificate:
     """What a new certificate shall say."""
 
     application_uri: str
-    """Address of the application."""
     hosts: tuple[str, ...]
     """Names and addresses of the computer."""
     days: int = DEFAULT_DAYS
@@ -72,7 +71,6 @@ class NewCertificate:
     organisation: str = ""
     """Whose it is; may be empty."""
     use: CertificateUse = CertificateUse.CLIENT
-    """What it is for."""
 
     def __post_init__(self) -> None:
         """Check what a certificate cannot say."""

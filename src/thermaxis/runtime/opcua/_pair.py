@@ -23,9 +23,7 @@ class LoadedPair(NamedTuple):
     """Certificates and key of a connection, ready for use."""
 
     own: Certificate
-    """Own certificate."""
     key: rsa.RSAPrivateKey
-    """Its key."""
     server: Certificate
     """Stored certificate of the server."""
 

@@ -53,7 +53,6 @@ class _Group:
     deadline_s: float
     period_us: int
     readers: dict[int, ChannelReader]
-    """Channels by their column."""
     due_us: int = 0
     busy: bool = False
 
@@ -101,7 +100,6 @@ class RecordSummary:
     lost: int
     """Rows that were lost, those included that could not be written in the end. [1]"""
     channels: tuple[ChannelReader, ...]
-    """Counts by channel."""
     files: tuple[Path, ...]
     """Logs that were written, in order."""
     error: str
@@ -122,11 +120,9 @@ class TriedChannel(NamedTuple):
     """What a node said when it was tried."""
 
     settings: ChannelSettings
-    """The channel."""
     value: str
     """Value as it would be recorded; empty if it would not be."""
     status: str
-    """Name of its status."""
     remark: Message | None
     """What is out of the ordinary; None if nothing is."""
 

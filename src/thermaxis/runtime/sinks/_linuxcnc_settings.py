@@ -112,7 +112,6 @@ class LinuxCncSettings(HalSettings):
     """Pause between two looks for LinuxCNC. [s]"""
 
     def __post_init__(self) -> None:
-        """Check the values."""
         if not self.outputs:
             raise ConfigurationError("no_output_named", place=Place(key="output"))
         joints = [output.joint for output in self.outputs.values()]

@@ -35,7 +35,6 @@ class AlarmKind(NamedTuple):
     key: str
     """Short name; that of its output, sensor or certificate follows."""
     priority: str
-    """How grave it is."""
     when_off: str = ""
     """How grave it is while the compensation is not enabled; empty: the same."""
 
@@ -100,10 +99,6 @@ def alarms_of(
     ----------
     status : RuntimeStatus
         Status after a cycle; its alarms are those that stood before, whose times are kept.
-    compensation : Compensation
-        Limits, rules and model in force.
-    forbidden : sequence of Message
-        Why the self-test forbids a correction.
     elsewhere : sequence of OffsetMismatch
         Offsets that were not where the loop had left them, as long as they are to be told.
     standing : collection of str
@@ -112,11 +107,6 @@ def alarms_of(
         Whether a machine that is there has not told its offsets for too long.
     other_state : Message, optional
         Why a saved state of another version was not used, until a person has decided.
-
-    Returns
-    -------
-    tuple of Alarm
-        The gravest first.
     """
     found = [
         *_of_state(status),

@@ -548,11 +548,6 @@ def leaves_of(shape: Shape) -> Leaves:
 def as_json(status: RuntimeStatus) -> str:
     """Return the whole status as one JSON object, for a screen that reads one node.
 
-    Parameters
-    ----------
-    status : RuntimeStatus
-        The status.
-
     Returns
     -------
     str

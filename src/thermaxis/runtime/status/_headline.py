@@ -41,11 +41,6 @@ class Headlines:
 
         What stood at the first look at the machine has stood since the loop was started, or for
         longer; who looks first at a loop that runs knows of no time before.
-
-        Parameters
-        ----------
-        status : RuntimeStatus
-            Status of a cycle.
         """
         standing = self._standing(status)
         causes, state = [*_causes(status, standing)], status.output.state

@@ -32,9 +32,7 @@ class Ask:
     kind: RequestKind
     """What it asks the loop for."""
     text: str
-    """The same in words."""
     arguments: tuple[Argument, ...] = ()
-    """Its arguments."""
     role: Role = Role.OPERATOR
     """Role that a caller has at least."""
 

@@ -37,7 +37,6 @@ class Alarm:
     since: datetime
     """When it came, aware, in UTC."""
     code: str
-    """Code of the alarm."""
     values: Mapping[str, Value] = field(default_factory=dict[str, Value], hash=False)
     """Numbers and texts that stand in its sentences, each with its unit in its name."""
 
@@ -107,20 +106,13 @@ class OutputFacts(NamedTuple):
     """What does not change with the cycle: limits and parts of one output."""
 
     limits: Limits
-    """Its limits."""
     parts: tuple[str, ...]
-    """Names of its parts."""
     wires: tuple[tuple[str, str], ...] = ()
     """Channel that drives each part, and the one that is subtracted; empty where there is none."""
 
 
 def facts_of(compensation: Compensation) -> dict[str, OutputFacts]:
     """Return limits and parts by output.
-
-    Parameters
-    ----------
-    compensation : Compensation
-        What the machine is compensated with.
 
     Returns
     -------
@@ -143,7 +135,6 @@ class RuntimeStatus:
     """Status of the loop after a cycle."""
 
     machine: str
-    """Name of the machine."""
     started: datetime
     """When the loop was started, aware, in UTC."""
     utc: datetime
@@ -161,13 +152,10 @@ class RuntimeStatus:
     enabled: bool
     """Whether somebody has enabled it."""
     output: CycleOutput
-    """What the cycle said."""
     outputs: tuple[str, ...]
-    """Names of the outputs."""
     channels: tuple[str, ...]
     """Names of the model's channels."""
     samples: Mapping[str, SourceSample]
-    """Everything that was read."""
     source_connected: bool
     """Whether the values' machine was reached."""
     sink_connected: bool
@@ -175,7 +163,6 @@ class RuntimeStatus:
     model_file: str
     """File name of the model."""
     model_sha256: str
-    """Its hash."""
     diameter_mm: float | None
     """Clamping diameter of the workpiece. [mm]"""
     reference_c: Mapping[str, float] = field(default_factory=dict[str, float])
@@ -187,7 +174,6 @@ class RuntimeStatus:
     alarms: tuple[Alarm, ...] = ()
     """What a person should know, the gravest first."""
     historian: HistorianStatus = field(default_factory=HistorianStatus)
-    """How the historian fares."""
     facts: Mapping[str, OutputFacts] = field(default_factory=dict[str, OutputFacts])
     """Limits and parts by output."""
     offsets: Mapping[str, OutputOffsets] = field(default_factory=dict[str, OutputOffsets])

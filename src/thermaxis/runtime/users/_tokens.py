@@ -35,11 +35,9 @@ class IssuedToken:
     """What is kept of a token."""
 
     sha256: _Text
-    """Its hash."""
     holder: _Text
     """Hash of name, role and password hash of whom it was issued to."""
     until: AwareDatetime
-    """When it ends."""
 
 
 _FILE: TypeAdapter[list[IssuedToken]] = TypeAdapter(list[IssuedToken])

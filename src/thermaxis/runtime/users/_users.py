@@ -120,11 +120,6 @@ ANONYMOUS = Identity("")
 def hash_password(password: str) -> str:
     """Return the argon2id hash of a password, with a salt of its own.
 
-    Parameters
-    ----------
-    password : str
-        The password.
-
     Returns
     -------
     str

@@ -46,7 +46,6 @@ class Outcome(NamedTuple):
     """How a request was answered."""
 
     answer: Answer
-    """Accepted, refused, or neither."""
     message: Message
     """Why not, or what follows: the loop's answer, or why there is none."""
 
@@ -55,7 +54,6 @@ class Question(NamedTuple):
     """What a page asks of the loop."""
 
     ask: Ask
-    """The method."""
     arguments: tuple[float | str, ...]
     """Its arguments: texts and numbers."""
 

@@ -23,7 +23,6 @@ class AccessParts(ABC):
     settings: ScreenSettings
     """How they are served: table ``[screen]``."""
     persons: UserSessions
-    """Who has logged in."""
     secure: bool = False
     """Whether the pages go through TLS."""
 
@@ -48,11 +47,8 @@ class ScreenParts(AccessParts):
     """What every page is made from."""
 
     configuration: MachineConfiguration
-    """The machine's configuration."""
     clock: Clock
-    """Time."""
     feed: StatusFeed
-    """What the loop tells."""
     program: str
     """Name of this run of the screen; another one makes open pages load themselves again."""
     configuration_sha256: str = ""

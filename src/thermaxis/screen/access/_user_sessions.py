@@ -85,7 +85,6 @@ class Refusal(NamedTuple):
     """Why somebody was not logged in."""
 
     key: str
-    """Key of the words."""
     left_s: int = 0
     """After so long the next attempt is looked at, where too many have failed. [s]"""
 

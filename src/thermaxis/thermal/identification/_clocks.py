@@ -72,10 +72,6 @@ def with_one_clock(
 
     Parameters
     ----------
-    log : ThermalLog
-        The log.
-    inputs : sequence of InputDefinition
-        What heats the machine.
     outputs : sequence of str
         Channels of the displacements; the first that the log has is looked at.
     reference_s : float, optional

@@ -65,8 +65,6 @@ def identify(
 
     Parameters
     ----------
-    records : Records
-        Experiments by output.
     method : Method
         The estimator. Default: modal.
     choose : bool
@@ -188,8 +186,6 @@ def identify_joint(
 
     Parameters
     ----------
-    records : Records
-        Experiments with the displacements of all diameters.
     output : str
         Name of the model's output.
     part : str

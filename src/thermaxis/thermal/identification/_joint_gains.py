@@ -67,11 +67,6 @@ def joint_gains(
     options : ModalOptions, optional
         As of `modal`.
 
-    Returns
-    -------
-    JointGains
-        Parts and gains.
-
     Raises
     ------
     ConfigurationError

@@ -78,22 +78,11 @@ def records_of(
 
     Parameters
     ----------
-    logs : sequence of ThermalLog
-        Separate tests.
-    inputs : sequence of InputDefinition
-        The inputs.
-    outputs : sequence of str
-        Channels of the displacements.
     sample_time_s : float, optional
         Means over so much time are taken first; means of both sides of a linear model leave the
         model as it is. Default: the usual step of the logs, or that of bursts of rows. [s]
     reference_s : float, optional
         The first time, as of `ThermalLog.start_of`. [s]
-
-    Returns
-    -------
-    Records
-        The experiments.
 
     Raises
     ------

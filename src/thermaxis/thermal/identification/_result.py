@@ -80,9 +80,7 @@ class Regimes:
     log: str
     """The log that they are of."""
     column: str
-    """Its name."""
     values: tuple[float, float]
-    """Its values."""
     models: tuple[ThermalModel, ThermalModel]
     """What holds at each, with the same lags in the same order (`simulate_switched`)."""
     held_out_rmse_um: float
@@ -98,7 +96,6 @@ class IdentifiedOutput:
     """The model of one displacement and how sure its numbers are."""
 
     name: str
-    """Channel of the displacement."""
     model: ThermalModel | None
     """Gains and time constants; None where the polynomials are no sum of stable lags."""
     std: tuple[PartStd, ...]
@@ -154,11 +151,9 @@ class Identification:
     """What was identified."""
 
     method: Method
-    """The estimator."""
     rule: Message
     """How inputs and orders were chosen."""
     outputs: tuple[IdentifiedOutput, ...]
-    """Every displacement."""
     stable: bool
     """Whether every model is stable."""
     selection: SelectionResult | None
@@ -200,8 +195,6 @@ class Identification:
 
         Parameters
         ----------
-        records : Records
-            What it was identified from.
         provenance : Provenance, optional
             Where it comes from.
         sentence : callable

@@ -34,7 +34,6 @@ class ThermalField:
     name: str = ""
     """Name of the image, for tables and charts."""
     remarks: tuple[Message, ...] = ()
-    """What the reader noticed."""
 
     def __post_init__(self) -> None:
         """Check the shape and freeze the image."""
@@ -86,7 +85,6 @@ class Region:
     """
 
     name: str
-    """Name of the region."""
     left_px: float
     """Left edge, from the left edge of the image. [px]"""
     right_px: float
@@ -103,11 +101,6 @@ class Region:
         ----------
         shape : tuple of int
             Rows and columns of the image. [1]
-
-        Returns
-        -------
-        tuple of slice
-            Rows, columns.
 
         Raises
         ------
@@ -175,7 +168,6 @@ class RegionDrift:
     """How the mean temperature of a region goes with a function of the drift."""
 
     region: str
-    """Name of the region."""
     correlation: float
     """Pearson's coefficient; NaN if either does not change. [1]"""
     per_k: float
@@ -378,8 +370,6 @@ def relate_to_drift(
 
     Parameters
     ----------
-    result : ThermalFieldsResult
-        The images.
     common : FloatArray
         Common drift a(t) at the images, (k,); NaN where an image lies outside the run.
         [µm or arcsec]

@@ -34,7 +34,6 @@ class StraightTimes:
     place: IntArray | None
     """Row of the log that each of them belongs to, (n,); None if every row has its own."""
     remarks: tuple[Message, ...]
-    """What was done."""
 
     def take(self, values: FloatArray) -> FloatArray:
         """Return a column in the rows of the log."""

@@ -55,8 +55,6 @@ def mask_rows(log: ThermalLog, first: int, last: int, channel: str = "") -> Ther
 
     Parameters
     ----------
-    log : ThermalLog
-        The log.
     first, last : int
         First row and the one behind the last, counted from zero. [1]
     channel : str
@@ -91,8 +89,6 @@ def without_faults(log: ThermalLog, *, as_logged: bool = False) -> ThermalLog:
 
     Parameters
     ----------
-    log : ThermalLog
-        The log.
     as_logged : bool
         Whether only values that are no measurement are masked.
 

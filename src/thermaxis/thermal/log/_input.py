@@ -77,13 +77,6 @@ def evaluate_input(log: ThermalLog, definition: InputDefinition) -> FloatArray:
     Temperatures in K or degC stay as they are, those in °F become degC; the difference of one in
     K and one in degC is taken in degC.
 
-    Parameters
-    ----------
-    log : ThermalLog
-        The log.
-    definition : InputDefinition
-        The input.
-
     Returns
     -------
     FloatArray

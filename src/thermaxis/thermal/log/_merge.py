@@ -58,8 +58,6 @@ def find_shift(
 
     Parameters
     ----------
-    a, b : ThermalLog
-        The logs.
     common : sequence of (str, str)
         Names of a channel in the first and in the second log that measure the same. Default:
         channels of the same name.

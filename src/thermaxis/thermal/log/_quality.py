@@ -92,7 +92,6 @@ class LogFinding:
     """One suspicion about a log."""
 
     kind: FindingKind
-    """What is wrong."""
     message: Message
     """What was found, with its values; its place is the channel."""
     rows: tuple[int, int] | None = None
@@ -169,8 +168,6 @@ def check_log(log: ThermalLog, *, reference: ThermalLog | None = None) -> tuple[
 
     Parameters
     ----------
-    log : ThermalLog
-        The log.
     reference : ThermalLog, optional
         An earlier log of the same machine whose channels are known to be right: names that seem
         exchanged against it are found.

@@ -23,13 +23,11 @@ class RestingSensor(NamedTuple):
     """A sensor with coarse steps, and the one whose movements tell when it should have moved."""
 
     name: str
-    """Its channel."""
     resolution_k: float
     """Its step. [K]"""
     rests_s: float
     """Longest time for which it stood. [s]"""
     moves_with: str
-    """Channel of the witness."""
     rests_k: float
     """How far the witness may go meanwhile: twice as far as it did. [K]"""
 

@@ -31,11 +31,6 @@ def suggest_inputs(log: ThermalLog) -> tuple[InputDefinition, ...]:
     Temperatures that move, each relative to the part of the machine or the air around it that is
     named as such, if there is one with the same unit.
 
-    Parameters
-    ----------
-    log : ThermalLog
-        The log.
-
     Returns
     -------
     tuple of InputDefinition

@@ -119,7 +119,6 @@ class ThermalLog:
     name: str = ""
     """Name of the file, or one that was given: for messages."""
     remarks: tuple[Message, ...] = ()
-    """What the reader noticed."""
 
     def __post_init__(self) -> None:
         """Check lengths and times, and freeze every array."""
@@ -375,11 +374,6 @@ class ThermalLog:
         ----------
         names : sequence of str
             Their names, in the wanted order.
-
-        Returns
-        -------
-        ThermalLog
-            The same rows.
 
         Raises
         ------

@@ -56,7 +56,6 @@ class Compared:
     """Sets of one number of lags under one size of gains."""
 
     sizes: Sizes
-    """The sizes."""
     subsets: Subsets
     """The sets with their evidence."""
     log_weight: FloatArray
@@ -222,9 +221,7 @@ class Component:
     """Sets of lags that are averaged over, with the regressors that they belong to."""
 
     design: Design
-    """Regressors."""
     compared: Compared
-    """Sets with their weights."""
     dc_variance: FloatArray
     """Variance of the DC gain from the time constants' uncertainty, scaled, (k,). [1]"""
     time_constants_s: FloatArray

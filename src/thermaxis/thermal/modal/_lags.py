@@ -171,13 +171,10 @@ class Refinement:
     """The problem of moving time constants off the grid."""
 
     segments: Sequence[Segment]
-    """The record."""
     scales: Scales
-    """Spreads to divide by."""
     sizes: Sizes
     """Sizes of gains, transients and slow noise."""
     free_start: bool
-    """Whether segments have transients."""
     experiments: int
     """Number of experiments. [1]"""
     bounds_s: tuple[float, float]

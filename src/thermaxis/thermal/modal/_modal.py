@@ -242,13 +242,11 @@ class ResponseEvidence:
     """Steps one and two: gains over the grid, which need no choice of lags."""
 
     segments: tuple[Segment, ...]
-    """The record in blocks."""
     scales: Scales
     """Spreads of inputs and displacement."""
     time_constants_s: FloatArray
     """The grid, (j,). [s]"""
     design: Design
-    """Regressors over the grid."""
     sizes: Sizes
     """Sizes of the highest evidence."""
     wide_sizes: Sizes | None

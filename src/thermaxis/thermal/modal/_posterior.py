@@ -29,7 +29,6 @@ class ResponsePosterior:
     """What a record leaves open of the responses of a model."""
 
     components: tuple[Component, ...]
-    """Sets of lags, scaled."""
     model: ThermalModel
     """The model that is stated."""
     unit: FloatArray

@@ -107,8 +107,6 @@ def fit_switched(
 
     Parameters
     ----------
-    experiment : Experiment
-        Inputs and displacement.
     on : BoolArray
         Whether the regime holds at each row, (n,).
     input_names : sequence of str

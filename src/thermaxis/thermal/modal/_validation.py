@@ -23,7 +23,6 @@ class BlockedValidation:
     """Free-run errors over held-out blocks, by number of lags."""
 
     lags: tuple[int, ...]
-    """Numbers of lags compared."""
     error: FloatArray
     """Mean square of the free-run error under the noise, per number of lags, (l,). [1]"""
     standard_error: FloatArray

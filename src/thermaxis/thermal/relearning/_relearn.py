@@ -85,7 +85,6 @@ class RelearnOptions:
     """How touches are believed, by output. Default: that of `TouchFilter`."""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         require_range("judged_s", self.judged_s, 3600.0, 100.0 * DAY_S)
         require_range("margin", self.margin, 0.0, 0.3)
         require_range("false_rate", self.false_rate, 1e-6, 0.5)

@@ -78,7 +78,6 @@ class SelectionOptions:
     """Candidates that are not learnt from, as of `faulty_candidates`."""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         if not self.sensor_uncertainties_k or min(self.sensor_uncertainties_k) <= 0:
             raise ConfigurationError(
                 "not_positive",
@@ -175,7 +174,6 @@ class SelectionResult:
     parts: tuple[RecordPart, ...]
     """Parts of the record that were held out."""
     rule: Message
-    """How everything was chosen."""
     warnings: tuple[Message, ...] = ()
     """What the reader of the result must know."""
     stable: bool = field(default=True, init=False)

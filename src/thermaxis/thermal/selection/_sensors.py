@@ -31,13 +31,6 @@ def faulty_candidates(
 ) -> tuple[str, ...]:
     """Return the inputs that a model must not learn from.
 
-    Parameters
-    ----------
-    logs : sequence of ThermalLog
-        The logs.
-    inputs : sequence of InputDefinition
-        The candidates.
-
     Returns
     -------
     tuple of str

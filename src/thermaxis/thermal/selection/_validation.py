@@ -65,7 +65,6 @@ class Sums:
     weight: FloatArray
     """Sum of weights, (parts,)."""
     rows: tuple[IndexArray, ...]
-    """Rows of every part."""
 
 
 def splits_of(count: int) -> tuple[Split, ...]:

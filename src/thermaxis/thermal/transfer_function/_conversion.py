@@ -99,8 +99,6 @@ def modal_form(transfer_function: TransferFunction, sample_time_s: float) -> Mod
 
     Parameters
     ----------
-    transfer_function : TransferFunction
-        Numerator a and denominator b.
     sample_time_s : float
         Time between rows for which they hold. [s]
 

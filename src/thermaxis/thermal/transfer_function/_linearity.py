@@ -66,8 +66,6 @@ def check_linearity(
 
     Parameters
     ----------
-    experiments : sequence of Experiment
-        Tests with both phases.
     simulated_um : sequence of FloatArray
         Free run of a model for each test, (n,) each. [µm]
 

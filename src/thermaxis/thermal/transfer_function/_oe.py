@@ -274,7 +274,6 @@ class _Decomposed:
     values: FloatArray
     vectors: FloatArray
     right: FloatArray
-    """Left vectors times innovations."""
 
     def step(self, damping: float) -> FloatArray:
         kept = self.values > _RANK * self.values[0]

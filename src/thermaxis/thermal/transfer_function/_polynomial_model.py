@@ -200,7 +200,6 @@ class PolynomialModel:
     input_names: tuple[str, ...]
     """Names of the inputs, in their order."""
     transfer_functions: tuple[TransferFunction, ...]
-    """One per input."""
     sample_time_s: float
     """Time between rows for which the coefficients hold. [s]"""
     offset_um: float = 0.0
@@ -243,8 +242,6 @@ def simulate_polynomial(
 
     Parameters
     ----------
-    model : PolynomialModel
-        The model.
     u : FloatArray
         Inputs relative to their reference at the sample time of the model, (n, k); a missing one
         (NaN) is held at its last value. [K]

@@ -369,7 +369,6 @@ class PoleZeroMap:
     """Poles and zeros of the part of one input."""
 
     input_name: str
-    """Name of the input."""
     poles: ComplexArray
     """Poles in z, slowest first, (m,). [1]"""
     time_constants_s: FloatArray

@@ -34,7 +34,6 @@ class ModalPart:
     """
 
     input_name: str
-    """Name of the input."""
     direct_gain: float
     """Gain without a lag. [µm/K]"""
     gains: FloatArray
@@ -131,8 +130,6 @@ def simulate_modal(
 
     Parameters
     ----------
-    model : ThermalModel
-        The model.
     sample_time_s : float
         Time between rows. [s]
     u : FloatArray

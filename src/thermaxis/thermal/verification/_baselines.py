@@ -45,7 +45,6 @@ class BaselineModel:
     """A fitted simple model."""
 
     baseline: Baseline
-    """Which one."""
     offset_um: float
     """Displacement where every input is at its reference; all there is of persistence. [µm]"""
     gains_um_per_k: FloatArray
@@ -69,8 +68,6 @@ def fit_baseline(
 
     Parameters
     ----------
-    baseline : Baseline
-        Which one.
     experiments : sequence of Experiment
         Tests; sample times may differ. Missing displacements leave their rows out, missing inputs
         are held.
@@ -160,8 +157,6 @@ def simulate_baseline(model: BaselineModel, u: FloatArray, sample_time_s: float)
 
     Parameters
     ----------
-    model : BaselineModel
-        The model.
     u : FloatArray
         Inputs relative to the same references, (n, k); a missing one is held. [K]
     sample_time_s : float

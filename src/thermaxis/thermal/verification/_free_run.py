@@ -40,7 +40,6 @@ class SimulatedOutput:
     contribution_um: FloatArray
     """What every part contributes, (n, parts). [µm]"""
     parts: tuple[str, ...]
-    """Names of the parts."""
 
 
 @final
@@ -51,7 +50,6 @@ class SimulatedLog:
     time_s: FloatArray
     """Times, (n,). [s]"""
     outputs: Mapping[str, SimulatedOutput]
-    """Outputs by name."""
     outside: Mapping[str, tuple[float, float]]
     """For inputs that left their training range: share of the rows, and by how much at most,
     relative to the width of the range."""
@@ -93,8 +91,6 @@ def simulate_log(
 
     Parameters
     ----------
-    model : CompensationModel
-        The model.
     log : ThermalLog
         The log; it needs every channel of the model.
     diameter_mm : float, optional

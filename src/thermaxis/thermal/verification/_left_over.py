@@ -25,11 +25,9 @@ class LeftOver:
     """Residual analysis of one output."""
 
     channel: str
-    """Measured channel."""
     inputs: tuple[str, ...]
     """Names of the inputs, in the order of the analysis."""
     analysis: ResidualAnalysis
-    """Correlations with their bands."""
     step_s: float
     """Means over so much time were analysed. [s]"""
 

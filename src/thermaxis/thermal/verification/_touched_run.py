@@ -57,7 +57,6 @@ class TouchPlan:
     """How touches are believed, within the limits of the verification; the noise is added to the
     measured displacement, too."""
     seed: int = 0
-    """Where the noise begins."""
     tolerance_um: float = 5.0
     """An error beyond that is counted. [µm]"""
 
@@ -150,8 +149,6 @@ def touch_interval_s(rules: TouchRules, within_um: float) -> float:
 
     Parameters
     ----------
-    rules : TouchRules
-        Noise, drift and discrepancy.
     within_um : float
         Largest standard uncertainty. [µm]
 

@@ -51,9 +51,7 @@ class MeasuredOutput:
     """A measured channel and what of the model it is compared with."""
 
     channel: str
-    """Channel of the log."""
     output: str
-    """Output of the model."""
     diameter_mm: float | None = None
     """Workpiece diameter at which it was measured; None for the tool centre point. [mm]"""
 
@@ -109,15 +107,12 @@ class VerifiedOutput:
     """One measured output of one log."""
 
     measured: MeasuredOutput
-    """What was compared."""
     log: str
-    """Name of the log."""
     time_s: FloatArray
     """Times, (n,). [s]"""
     input_k: FloatArray
     """Input of every part, not relative to anything, (n, parts). [K]"""
     figures: VerificationFigures
-    """Its figures."""
     measured_um: FloatArray
     """Measured displacement relative to the start, (n,); NaN where not measured. [µm]"""
     simulated_um: FloatArray
@@ -125,11 +120,9 @@ class VerifiedOutput:
     contribution_um: FloatArray
     """Contribution of every part relative to the start, (n, parts). [µm]"""
     parts: tuple[str, ...]
-    """Names of the parts."""
     counted: NDArray[np.bool_]
     """Rows that count in the figures, (n,)."""
     start: StartOfLog
-    """How the log began."""
     failed: tuple[Message, ...]
     """How many rows of the log do not count, as an input had failed for too long; else empty."""
     start_rows: int
@@ -165,11 +158,9 @@ class VerifiedLog:
     """One log."""
 
     name: str
-    """Name of the log."""
     time_s: FloatArray
     """Times, (n,). [s]"""
     outputs: tuple[VerifiedOutput, ...]
-    """Its outputs."""
     environmental: bool
     """Whether no spindle or table turned: then the ranges are ETVE (ISO 230-3)."""
     outside: Mapping[str, tuple[float, float]]
@@ -188,7 +179,6 @@ class Verification:
     pooled: Mapping[str, VerificationFigures]
     """Figures over all logs, by measured channel."""
     logs: tuple[VerifiedLog, ...]
-    """Every log."""
     warnings: tuple[Message, ...]
     """What the reader must know."""
 
@@ -218,10 +208,6 @@ def verify(
 
     Parameters
     ----------
-    model : CompensationModel
-        The model.
-    logs : sequence of ThermalLog
-        Independent tests.
     measured : sequence of MeasuredOutput, optional
         What is compared. Default: the channels that are named as the model's outputs.
     reference_s : float, optional

@@ -79,7 +79,6 @@ class RunPlan:
     cycles: int = 5
     """Number of cycles n. Default: what the standard asks for. [1]"""
     mode: Cycle = Cycle.STANDARD
-    """Order of the visits."""
     approaches: tuple[int, ...] = (FORWARD, BACKWARD)
     """Approaches that are recorded; one of them alone makes a unidirectional run."""
     feed: float = 300.0
@@ -131,7 +130,6 @@ class AxisGeometry:
     half a cosine wave. [µm or arcsec]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         require_numbers(self, positive=("period",), not_negative=("pitch_error", "periodic_error"))
         require_range("pitch_error_waves", self.pitch_error_waves, 0, 100)
 
@@ -153,7 +151,6 @@ class WarmUp:
     """Time to 63 % of the amplitude. [s]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         require_numbers(self, positive=("time_constant_s",))
 
     def displacement(self, time_s: FloatArray) -> FloatArray:
@@ -193,7 +190,6 @@ class AxisThermal:
     """Displacement common to all positions, per kelvin of the hall. [µm/K or arcsec/K]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         positive = ("screw_time_constant_s", "hall_period_s")
         require_numbers(self, positive=positive, not_negative=("screw_expansion_um_per_m",))
 
@@ -240,7 +236,6 @@ class ReadingScatter:
     noise: float = 0.0
     """Standard deviation of one approach. [µm or arcsec]"""
     local: tuple[LocalSpread, ...] = ()
-    """Positions that scatter more."""
     outliers: int = 0
     """Number of gross errors, at seeded readings. [1]"""
     outlier_size: float = 50.0
@@ -252,7 +247,6 @@ class ReadingScatter:
     """Decimals that are recorded. Default: 0.01 µm of a laser interferometer. [1]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         require_numbers(self, not_negative=("noise", "outliers", "missing"))
         for place in self.local:
             require_numbers(place, not_negative=("spread",))
@@ -273,15 +267,11 @@ class VirtualAxis:
     kind: AxisKind = AxisKind.LINEAR
     """Linear (mm, µm) or rotary (deg, arcsec)."""
     machine: str = "virtual machine"
-    """Name for the header."""
     axis: str = "X"
     """Letter of the axis for the header."""
     plan: RunPlan = field(default_factory=RunPlan)
-    """Targets, cycles and moves."""
     geometry: AxisGeometry = field(default_factory=AxisGeometry)
-    """What stays."""
     thermal: AxisThermal = field(default_factory=AxisThermal)
-    """What warms up."""
     scatter: ReadingScatter = field(default_factory=ReadingScatter)
     """What differs from approach to approach."""
     start: datetime = datetime(2026, 3, 2, 8, 0)  # noqa: DTZ001 - like the files, local time without zone

@@ -147,8 +147,6 @@ def generate_thermal_field(table: VirtualTable, time_s: float, *, seed: int) -> 
 
     Parameters
     ----------
-    table : VirtualTable
-        The table.
     time_s : float
         Time since its motor started, from 0. [s]
     seed : int

@@ -39,7 +39,6 @@ class OffsetRules:
     the columns, with the sign of the displacement that it takes away. [µm/K]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         require_numbers(self, positive=("largest_um", "rate_um_per_s", "watchdog_s"))
 
 

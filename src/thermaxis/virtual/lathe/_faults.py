@@ -75,7 +75,6 @@ class Fault:
     """
 
     kind: FaultKind
-    """What goes wrong."""
     channels: tuple[str, ...] = ()
     """Where: one channel; two of a swap; none of a restart or a pause."""
     at_s: float = 0.0
@@ -149,11 +148,6 @@ def parse_fault(text: str, channels: Sequence[str]) -> Fault:
         90s, 10min, 2h, 1d; the unit may be left out behind a channel's name (T_spindle).
     channels : sequence of str
         Names that a fault may act on.
-
-    Returns
-    -------
-    Fault
-        The fault.
 
     Raises
     ------

@@ -113,8 +113,6 @@ def write_lathe_log(log: ThermalLog, path: Path | str) -> None:
 
     Parameters
     ----------
-    log : ThermalLog
-        The log.
     path : Path or str
         The file, .csv or .parquet; one that is there is replaced.
 

@@ -66,7 +66,6 @@ class LatheSettings:
     """What a virtual lathe is made of. Every default is an assumption of plausible size."""
 
     physics: LathePhysics = field(default_factory=LathePhysics)
-    """Numbers of the machine."""
     hall: HallSettings = field(default_factory=HallSettings)
     """How the hall's temperature moves."""
     offset: OffsetRules = field(default_factory=OffsetRules)

@@ -62,7 +62,6 @@ class Scenario:
     summary: str
     """What it is, in a line."""
     stages: tuple[Stage, ...]
-    """Its stages."""
     endless: bool = False
     """Whether it begins again at its end; otherwise its last stage lasts."""
     start_s: float = 6.0 * _H

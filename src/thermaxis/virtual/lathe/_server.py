@@ -88,11 +88,9 @@ class LatheServerSettings:
     certificate: Path | None = None
     """Certificate of the server; with it every message is signed and encrypted."""
     private_key: Path | None = None
-    """Its key."""
     user: str = ""
     """Name of the only user; empty: anybody."""
     password: Secret = field(default_factory=lambda: Secret(""))
-    """The user's password."""
 
     def __post_init__(self) -> None:
         """Check the settings against each other."""

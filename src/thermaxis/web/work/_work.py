@@ -90,7 +90,6 @@ class _Place(NamedTuple):
     owner: str
     """Whose it is; empty for nobody's."""
     kind: str
-    """What for."""
 
 
 class WorkFolder:
@@ -120,7 +119,6 @@ class Outcome(NamedTuple):
     """What came of a command."""
 
     ending: Ending
-    """How it ended."""
     code: int | None
     """Its exit code, minus the signal where one ended it; None where it was stopped here."""
     printed: str
@@ -139,11 +137,8 @@ class _Run(NamedTuple):
     program: asyncio.subprocess.Process
     """Its process, first of a group of its own."""
     folder: Path
-    """Where it works."""
     streams: tuple[IO[bytes], IO[bytes]]
-    """Where it prints."""
     limits: Limits
-    """What it may use."""
 
 
 @final

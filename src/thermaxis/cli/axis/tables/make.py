@@ -78,15 +78,11 @@ class MadeTable:
     """A control's table with everything that was worked out for it."""
 
     arguments: argparse.Namespace
-    """What was asked for."""
     control: Control
-    """The control."""
     options: Mapping[str, str]
-    """Its options."""
     rule: GridRule
     """What it asks of the points."""
     run: AxisRun
-    """The run."""
     levels: AxisLevels
     """Levels of the run, as measured or without drift."""
     in_force: InForce
@@ -98,11 +94,9 @@ class MadeTable:
     grid: str
     """How its points were chosen, in words."""
     reference: ReferencePoint
-    """Where it is zero."""
     doubts: tuple[Message, ...]
     """Why its unit is doubted."""
     text: TableText
-    """The control's file."""
     read: ReadTable
     """What the control would read in it."""
     rounding: float

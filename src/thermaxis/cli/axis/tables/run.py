@@ -29,11 +29,8 @@ class AxisRun:
     """A measured run and what was found about it."""
 
     name: str
-    """Its file."""
     sha256: str
-    """Hash of that file."""
     test: positioning.PositioningTest
-    """The run."""
     axis: str
     """Name of the axis on the control."""
     axis_assumed: bool
@@ -41,7 +38,6 @@ class AxisRun:
     drift: positioning.DriftResult | None
     """Its drift, None where that cannot be told from the levels."""
     why_no_drift: Message | None
-    """Why it cannot."""
     axis_refused: str = ""
     """What the file states as the axis, if that is no name of one; empty otherwise."""
 

@@ -60,8 +60,6 @@ class WorkerThread:
 
         Parameters
         ----------
-        work : callable
-            What a thread does.
         give_up : callable
             Called once nobody waits any more for the call that runs.
 

@@ -24,7 +24,6 @@ class Choice(NamedTuple):
     """A file of the folder."""
 
     name: str
-    """Its name."""
     sha256: str = ""
     """Hash of the model; empty where it cannot be chosen, or was not read."""
     refused: Message | None = None
