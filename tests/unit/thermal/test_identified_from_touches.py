@@ -15,6 +15,7 @@ from thermaxis.thermal import (
     Records,
     ThermalLog,
     identify,
+    modal,
     parse_input,
     records_of,
     verify,
@@ -102,6 +103,19 @@ def test_as_few_touches_as_numbers_tell_neither_noise_nor_gains() -> None:
     assert found.noise_std_um is None
     assert all(one.dc_gain is None and one.direct_gain is None for one in found.std)
     assert "warning-dc_gains_not_supported" in said(found)
+
+
+@pytest.mark.parametrize("every", [30, 120])
+def test_noise_of_touches_has_what_they_do_not_tell_from_it(every: int) -> None:
+    one = history(Machine(days=7, every=every), 3)
+    found = modal(
+        records_of([one], MACHINE_INPUTS, ["Z_um"]).experiments["Z_um"],
+        input_names=["spindle", "table"],
+        options=QUICK,
+    )
+    assert found.noise_std_um is not None
+    assert 0.7 < found.noise_std_um < 1.8, "a touch has 1 um, the walk adds 0.5 an hour"
+    assert (found.slow_noise_std_um is None) == (every == 120)
 
 
 def test_dc_gains_from_touches_lie_within_their_intervals() -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from thermaxis.codes import Message
 from thermaxis.compensation import CompensationModel, Limits, Output, Part, Section, TouchRules
 from thermaxis.thermal import (
     MeasuredOutput,
@@ -115,7 +116,7 @@ def test_touches_count_where_rows_are_hours_long_and_a_warning_says_that_none_is
     assert figures.untimely == 1, "the model starts in the first row"
     assert figures.with_offset.mae_um < 0.25 < figures.free_run.mae_um
     said = {one.code: one.values for one in found.warnings}
-    assert said["remark-touches_unconfirmed"]["step_s"] == row_s
+    assert said["remark-touches_unconfirmed"]["apart_s"] == row_s
     wide = replace(EXACT, every_s=row_s, rules=replace(FINE, confirm_s=row_s))
     said = {one.code for one in verify(MODEL, [log], touches=wide).warnings}
     assert "remark-touches_unconfirmed" not in said
@@ -129,6 +130,56 @@ def test_a_log_of_which_no_touch_can_be_used_says_so() -> None:
     assert figures is not None
     assert (figures.touches, figures.untimely) == (10, 10)
     assert "remark-touches_untimely" in {warning.code for warning in found.warnings}
+
+
+def walked(minutes: int, drift_um: float, step_um: float = 0.0) -> ThermalLog:
+    """Return minutes of what drifts beside the model, touched each hour, stepping in the middle."""
+    rng = np.random.default_rng(6)
+    offset_um = drift_um * np.sqrt(1.0 / 60.0) * np.cumsum(rng.standard_normal(minutes))
+    offset_um += step_um * (np.arange(minutes) >= minutes // 2)
+    probe = warmed(offset_um).column("Z_um") + rng.standard_normal(minutes)
+    return warmed(offset_um, probe_um=np.where(np.arange(minutes) % 60, np.nan, probe))
+
+
+def remarks(log: ThermalLog, plan: TouchPlan, measured: str = "Z_um") -> dict[str, Message]:
+    found = verify(MODEL, [log], [MeasuredOutput(measured, "Z_um")], touches=plan)
+    return {one.code: one for one in found.warnings}
+
+
+def test_touches_that_stay_excluded_tell_no_schedule_but_when_they_began_to_be() -> None:
+    log, plan = walked(6000, 0.05, step_um=40.0), TouchPlan(channels={"Z_um": "probe_um"})
+    found = touched(log, plan)
+    assert found.excluded > 40
+    assert found.interval_s is None
+    said = remarks(log, plan)
+    assert "remark-touches_unconfirmed" in said, "an hour is more than a second touch may take"
+    far = said["remark-touches_excluded"].values["far"]
+    assert isinstance(far, Message)
+    assert far.values["at_h"] == 50.0
+    assert far.values["um"] == pytest.approx(40.0, abs=2.0)
+    assert touched(walked(6000, 0.3), plan).interval_s is not None
+
+
+@pytest.mark.parametrize(("drift_um", "how"), [(0.0, "worse"), (5.0, "beyond")])
+def test_a_drift_that_touches_do_not_show_is_said_with_the_likeliest(
+    drift_um: float, how: str
+) -> None:
+    log, plan = walked(6000, drift_um), TouchPlan(channels={"Z_um": "probe_um"})
+    plan = replace(plan, rules=replace(plan.rules, gate=6.0))
+    told = remarks(log, plan)[f"remark-touches_{how}"].values["likeliest"]
+    assert isinstance(told, Message)
+    likely = touched(log, plan).likely
+    assert likely is not None
+    assert told.values["likely_drift_um"] == pytest.approx(likely.drift_um_per_root_h, rel=0.1)
+    fitting = replace(likely, drift_um_per_root_h=max(likely.drift_um_per_root_h, 0.1))
+    assert f"remark-touches_{how}" not in remarks(log, replace(plan, rules=fitting))
+
+
+def test_noise_on_touches_is_not_added_unsaid() -> None:
+    log = walked(600, 1.0)
+    assert "remark-touches_touched" in remarks(log, EXACT, "probe_um")
+    assert "remark-touches_touched" not in remarks(log, EXACT)
+    assert "remark-touches_touched" not in remarks(log, TouchPlan(channels={"Z_um": "probe_um"}))
 
 
 def test_limits_hold_for_model_and_offset_together() -> None:

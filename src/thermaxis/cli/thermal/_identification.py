@@ -179,7 +179,9 @@ def _notes(result: thermal.Identification, *, several: bool) -> tuple[list[str],
     verdicts: dict[str, list[str]] = {}
     said: dict[str, list[str]] = {}
     for output in result.outputs:
-        stds = {"noise": output.noise_std_um, "drift beside it": output.slow_noise_std_um}
+        slow = output.slow_noise_std_um
+        noise = "noise" if slow is not None else "noise and what drifts from touch to touch"
+        stds = {noise: output.noise_std_um, "drift beside it": slow}
         listed = ", ".join(f"{what} {um:.2g} um" for what, um in stds.items() if um is not None)
         for warning in output.warnings:
             text = text_of(replace(warning, place=NOWHERE))

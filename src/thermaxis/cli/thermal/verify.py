@@ -343,10 +343,16 @@ def _touched(result: thermal.Verification) -> list[Part]:
             Value("off", f.off),
             Value("", "off" if f.off else "on", "offset"),
             Value("within_two_sigma", f.within_two_sigma, "in 2 sigma", ".2f"),
-            Value("likely_drift_um_per_root_h", _likely(f)[0], "drift um/√h", ".2f"),
-            Value("likely_discrepancy_um", _likely(f)[1], "discrepancy", ".2f"),
+            Value(
+                "likely_drift_um_per_root_h",
+                f.likely and f.likely.drift_um_per_root_h,
+                *("drift um/√h", ".2f"),
+            ),
+            Value(
+                "likely_discrepancy_um", f.likely and f.likely.discrepancy_um, "discrepancy", ".2f"
+            ),
             Value("wanted_um", f.wanted_um),
-            Value("interval_s", s if 0.0 < (s := _likely(f)[2] or 0.0) < math.inf else None),
+            Value("interval_s", s if 0.0 < (s := f.interval_s or 0.0) < math.inf else None),
             *(
                 Value(f"{rule}_{field}", getattr(getattr(f, rule), field))
                 for rule in _RULES
@@ -369,36 +375,30 @@ def _touched(result: thermal.Verification) -> list[Part]:
             names=list(found),
             words=1,
         ),
-        *(
-            f"{name}: for a standard uncertainty of at most {f.wanted_um:g} um {_interval(f, s)}"
-            for name, f in found.items()
-            if (s := _likely(f)[2]) is not None
-        ),
+        *(f"{name}: {_interval(f)}" for name, f in found.items() if f.interval_s is not None),
     ]
 
 
-def _likely(
-    figures: thermal.TouchFigures,
-) -> tuple[float, float, float] | tuple[None, None, None]:
-    """Return the likeliest drift and discrepancy, and how often to touch, as far as is told."""
-    if (rules := figures.likely) is None:
-        return None, None, None
-    interval_s = thermal.touch_interval_s(rules, figures.wanted_um)
-    if interval_s < math.inf:
-        interval_s = min(interval_s, figures.told_s)
-    return rules.drift_um_per_root_h, rules.discrepancy_um, interval_s
+def _interval(figures: thermal.TouchFigures) -> str:
+    """Return how often to touch, in words, by the likeliest rules and by those that were used."""
+    each = (figures.interval_s or 0.0, thermal.touch_interval_s(figures.rules, figures.wanted_um))
+    likely, used = (_often(s) for s in each)
+    longer = " or less often" if each[0] == figures.told_s else ""
+    rules = figures.rules
+    return (
+        f"for a standard uncertainty of at most {figures.wanted_um:g} um {likely}{longer} by the"
+        f" likeliest drift and discrepancy; {used} by those that were used,"
+        f" {rules.drift_um_per_root_h:g} and {rules.discrepancy_um:g}"
+    )
 
 
-def _interval(figures: thermal.TouchFigures, interval_s: float) -> str:
-    """Return how often to touch, in words."""
+def _often(interval_s: float) -> str:
     if interval_s < 60.0:
-        return "no touches are enough: what the model leaves anew at each is more"
+        return "no touches are enough (what the model leaves anew at each is more)"
     if interval_s == math.inf:
         return "no touches are needed"
     hours = interval_s / 3600.0
-    often = f"{hours:.0f} h" if hours >= 10.0 else f"{60.0 * hours:.0f} min"
-    longer = " or less often" if interval_s == figures.told_s else ""
-    return f"touch every {often}{longer}"
+    return f"touch every {f'{hours:.0f} h' if hours >= 10.0 else f'{60.0 * hours:.0f} min'}"
 
 
 def _etve(log: thermal.VerifiedLog) -> str:

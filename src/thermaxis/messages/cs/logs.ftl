@@ -6,7 +6,12 @@ remark-gap = { outcome-gap } ({ $count }krát)
 remark-clock_backward = { outcome-clock_backward } ({ $count }krát)
 remark-limits_too_narrow = meze jsou příliš úzké: kompenzace přejde { $count }krát do stavu Porucha; zde se každá ihned potvrdí
 remark-touches_untimely = { $channel }: z dotyků ({ $touches }) se nepočítá žádný: není známo, co při nich působilo, neboť chyběly vstupy nebo model mezi řádky začal znovu; cena dotyků se zde neukáže
-remark-touches_unconfirmed = { $channel }: řádky jsou { FIXED($step_s, decimals: 0) } s od sebe, dotyk, který neodpovídá, však čeká na druhý nejvýše { FIXED($confirm_s, decimals: 0) } s: vyloučeno { $excluded } z { $touches } a nebylo je čím potvrdit; cenu dotyků ukáže záznam s kratšími řádky
+remark-touches_unconfirmed = { $channel }: dotyky jsou { FIXED($apart_s, decimals: 0) } s od sebe, dotyk, který neodpovídá, však čeká na druhý nejvýše { FIXED($confirm_s, decimals: 0) } s: vyloučeno { $excluded } z { $touches } a nebylo je čím potvrdit; stroj žádá druhý ihned, tam jsou dotyky cennější
+remark-touches_excluded = { $channel }: vyloučeno { $excluded } z { $touches } dotyků a { $percent } % toho, co přidávají, leží do dvou sigma (mělo by 95 %): jak často se dotýkat, neříkají. Nejvíce jich za sebou je mimo, { $far }: nově nastavený vztažný bod nebo jiný obrobek (oznamte stroji: datum_node, nebo ask datum; záznam tam rozdělte: --span, --mask), nebo model, který už neplatí
+remark-touches_touched = { $channel } byl měřen v { FIXED($share_percent, decimals: 0) } % řádků: jsou-li to dotyky, vezme je --touches { $channel } tak, jak jsou; zde se k jejich šumu přidává další
+touches-likeliest = drift { $drift_um } um za hodinu a odchylku { $discrepancy_um } um neukazují; nejpravděpodobnější je drift_um_per_root_h = { $likely_drift_um } a discrepancy_um = { $likely_discrepancy_um } (--touch-drift-um, --touch-discrepancy-um): to patří do [probe] v konfiguraci
+remark-touches_worse = { $channel }: posun podle dotyků výsledek zhoršuje (střední absolutní chyba { $offset_um } um, samotný model { $model_um }), neboť { $likeliest }
+remark-touches_beyond = { $channel }: jen { $percent } % toho, co dotyky přidávají, leží do dvou sigma (mělo by 95 %), neboť { $likeliest }
 
 log-never_measured = { $name }: v žádném řádku není hodnota
     .remedy = Kanál vynechte, nebo zkontrolujte zapojení a export.

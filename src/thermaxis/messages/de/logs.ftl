@@ -6,7 +6,12 @@ remark-gap = { outcome-gap } ({ $count }-mal)
 remark-clock_backward = { outcome-clock_backward } ({ $count }-mal)
 remark-limits_too_narrow = die Grenzen sind zu eng: die Kompensation geht { $count }-mal in Störung; hier wird jede sofort quittiert
 remark-touches_untimely = { $channel }: keine von { $touches } Antastungen zählt: was dabei wirkte, ist nicht bekannt, da Eingänge fehlten oder das Modell zwischen Zeilen neu begann; was Antastungen wert sind, zeigt sich hier nicht
-remark-touches_unconfirmed = { $channel }: die Zeilen liegen { FIXED($step_s, decimals: 0) } s auseinander, eine Antastung, die nicht passt, wartet aber höchstens { FIXED($confirm_s, decimals: 0) } s auf eine zweite: { $excluded } von { $touches } waren ausgeschlossen und nicht zu bestätigen; was Antastungen wert sind, zeigt eine Aufzeichnung mit kürzeren Zeilen
+remark-touches_unconfirmed = { $channel }: die Antastungen liegen { FIXED($apart_s, decimals: 0) } s auseinander, eine, die nicht passt, wartet aber höchstens { FIXED($confirm_s, decimals: 0) } s auf eine zweite: { $excluded } von { $touches } waren ausgeschlossen und nicht zu bestätigen; eine Maschine verlangt die zweite sofort, dort sind Antastungen mehr wert
+remark-touches_excluded = { $channel }: { $excluded } von { $touches } Antastungen waren ausgeschlossen, und { $percent } % dessen, was sie hinzufügen, liegt innerhalb zweier Sigma (richtig wären 95 %): wie oft anzutasten ist, sagen sie nicht. Die meisten hintereinander liegen daneben, { $far }: ein neu gesetzter Bezugspunkt oder ein anderes Werkstück (der Maschine melden: datum_node, oder ask datum; das Protokoll dort teilen: --span, --mask), oder ein Modell, das nicht mehr gilt
+remark-touches_touched = { $channel } wurde in { FIXED($share_percent, decimals: 0) } % der Zeilen gemessen: sind das Antastungen, nimmt sie --touches { $channel }, wie sie sind; hier kommt zu ihrem Rauschen weiteres hinzu
+touches-likeliest = eine Drift von { $drift_um } um in einer Stunde und eine Abweichung von { $discrepancy_um } um zeigen sie nicht; am wahrscheinlichsten sind drift_um_per_root_h = { $likely_drift_um } und discrepancy_um = { $likely_discrepancy_um } (--touch-drift-um, --touch-discrepancy-um): das gehört in [probe] der Konfiguration
+remark-touches_worse = { $channel }: der Versatz der Antastungen verschlechtert das Ergebnis ({ $offset_um } um mittlerer Betrag des Fehlers, das Modell allein { $model_um }), denn { $likeliest }
+remark-touches_beyond = { $channel }: nur { $percent } % dessen, was Antastungen hinzufügen, liegt innerhalb zweier Sigma (richtig wären 95 %), denn { $likeliest }
 
 log-never_measured = { $name }: in keiner Zeile ein Wert
     .remedy = Kanal weglassen, oder Verdrahtung und Export prüfen.

@@ -8,7 +8,12 @@ remark-gap = { outcome-gap } ({ $count } times)
 remark-clock_backward = { outcome-clock_backward } ({ $count } times)
 remark-limits_too_narrow = the limits are too narrow: the compensation goes to the state Fault { $count } times; here each is acknowledged at once
 remark-touches_untimely = { $channel }: none of { $touches } touches counts: what was in force at their times is not known, as inputs were missing or the model started anew between rows; what touches are worth does not show here
-remark-touches_unconfirmed = { $channel }: rows lie { FIXED($step_s, decimals: 0) } s apart, but a touch that does not fit waits for a second one { FIXED($confirm_s, decimals: 0) } s at most: { $excluded } of { $touches } were excluded and could not be confirmed; take a log of shorter rows to see what touches are worth
+remark-touches_unconfirmed = { $channel }: touches lie { FIXED($apart_s, decimals: 0) } s apart, but one that does not fit waits for a second one { FIXED($confirm_s, decimals: 0) } s at most: { $excluded } of { $touches } were excluded and could not be confirmed; a machine asks for the second at once, so that touches are worth more there
+remark-touches_excluded = { $channel }: { $excluded } of { $touches } touches were excluded, and { $percent } % of what they add lies within two sigma (95 % should): they do not tell how often to touch. Most in a row are off by { $far }: a datum that was set anew or another workpiece (tell the machine: datum_node, or ask datum; cut the log there: --span, --mask), or a model that no longer holds
+remark-touches_touched = { $channel } was measured in { FIXED($share_percent, decimals: 0) } % of the rows: where these are touches, --touches { $channel } takes them as they are; here noise is added to theirs
+touches-likeliest = a drift of { $drift_um } um in an hour and a discrepancy of { $discrepancy_um } um is not what they show; the likeliest is drift_um_per_root_h = { $likely_drift_um } and discrepancy_um = { $likely_discrepancy_um } (--touch-drift-um, --touch-discrepancy-um): it belongs into [probe] of the configuration
+remark-touches_worse = { $channel }: the offset of the touches makes it worse ({ $offset_um } um mean absolute error, the model alone { $model_um }), for { $likeliest }
+remark-touches_beyond = { $channel }: only { $percent } % of what touches add lies within two sigma (95 % should), for { $likeliest }
 
 ## What is suspicious about a log
 

@@ -15,17 +15,16 @@ that a column which is taken for a walk without it is none with it.
 """
 
 from dataclasses import replace
-from datetime import timedelta
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place, Value
-from thermaxis.thermal._arrays import FloatArray, recursion, significant
-from thermaxis.thermal.identification._figures import SPARSE
+from thermaxis.codes import Message, Place
+from thermaxis.thermal._arrays import FloatArray, recursion
 from thermaxis.thermal.identification._records import Records, has_output, records_of
 from thermaxis.thermal.log import Experiment, ThermalLog
 from thermaxis.thermal.transfer_function import held
+from thermaxis.thermal.verification import SPARSE, far_message
 
 FEWEST = 12
 """Fewer touches exclude none. [1]"""
@@ -88,17 +87,9 @@ def _messages(
     log: ThermalLog, code: str, time_s: FloatArray, far: dict[int, float]
 ) -> tuple[Message, ...]:
     """Return a message that names touches with their times, or none."""
-    named: list[Message] = []
-    for k, um in sorted(far.items())[:_MOST_NAMED]:
-        since_s = float(time_s[k])
-        values: dict[str, Value] = {"um": significant(um, 2)}
-        if log.start is None:
-            values["at_h"] = significant(since_s / 3600.0, 3)
-            named.append(Message("touches-far", values))
-        else:
-            values["at"] = f"{log.start + timedelta(seconds=since_s):%F %R}"
-            named.append(Message("touches-far_at", values))
-    values = {"count": len(far), "touches": tuple(named)}
+    first = sorted(far.items())[:_MOST_NAMED]
+    named = tuple(far_message(log, float(time_s[k]), um) for k, um in first)
+    values = {"count": len(far), "touches": named}
     return (Message(f"warning-{code}", values, Place(log.where)),) if far else ()
 
 

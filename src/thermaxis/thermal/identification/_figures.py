@@ -23,6 +23,7 @@ from thermaxis.thermal.identification._result import (
 from thermaxis.thermal.log import ThermalLog
 from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
 from thermaxis.thermal.verification import (
+    SPARSE,
     Baseline,
     MeasuredOutput,
     VerificationFigures,
@@ -49,8 +50,6 @@ NOT_FIT = {Method.AVERAGES: 2.0, Method.STATIC: 1.1}
 """More than so many times what a simple rule leaves of rows held out condemns a model. Default:
 two, as the later part of one run often leaves 1.5 times of a model that is better on another run;
 no lags at all are rarely a tenth better by chance. [1]"""
-SPARSE = 0.5
-"""No larger share of the rows is measured where a log has touches in place of a record. [1]"""
 FEW = 2.0
 """The same for every rule where few measured rows are held out in stretches: what is left of a few
 dozen touches differs by a quarter by chance. [1]"""

@@ -107,7 +107,8 @@ class IdentifiedOutput:
     noise_std_um: float | None = None
     """White noise of one reading, standard deviation; None where it was not estimated. [µm]"""
     slow_noise_std_um: float | None = None
-    """Slow drift that no input explains; None where it was not estimated. [µm]"""
+    """Slow drift that no input explains; None where it was not estimated, or where it is in the
+    noise, as touches do not tell it apart. [µm]"""
     trained: VerificationFigures | None = None
     """Figures of the free run along the training logs, of the model as it is written: those that
     `verify` finds there. None where there is no model."""

@@ -56,6 +56,7 @@ from thermaxis.thermal.modal._evidence import (
 from thermaxis.thermal.modal._lags import Refined, Refinement, compared
 from thermaxis.thermal.modal._posterior import ResponsePosterior
 from thermaxis.thermal.modal._regressors import BoolArray, Segment, segments_of
+from thermaxis.thermal.modal._slow_noise import SlowNoise
 from thermaxis.thermal.modal._validation import BlockedValidation, validated
 from thermaxis.thermal.transfer_function import LEAST_LOG_RATIO, ModalPart, ThermalModel
 
@@ -209,7 +210,8 @@ class ModalResult:
     """White noise of one reading of the displacement, standard deviation; None, as the next, where
     fewer than two readings for each number of the model cannot tell. [µm]"""
     slow_noise_std_um: float | None
-    """Slow drift that no input explains, standard deviation. [µm]"""
+    """Slow drift that no input explains, standard deviation; None too where touches lie too far
+    apart to tell it from the noise, which then has it. [µm]"""
     slow_noise_correlation_s: float
     """Time in which the drift's correlation falls to 1/e. [s]"""
     fit_percent: float
@@ -782,14 +784,14 @@ def _result(
         ]
         warnings = (*([against] if against else []), *warnings)
     model = ThermalModel(tuple(parts))
-    rows = float(np.median([s.rows for s in evidence.segments]))
+    noise_std, slow_std = _noise(evidence, problem.sizes.noise)
     block_std = scales.y * math.sqrt(refined.variance)
     dc_std = np.array([np.nan if s.dc_gain is None else s.dc_gain for s in stds])
     return ModalResult(
         model=model,
         std=tuple(stds),
-        noise_std_um=None if few else block_std * math.sqrt(rows),
-        slow_noise_std_um=None if few else block_std * math.sqrt(problem.sizes.noise.ratio),
+        noise_std_um=None if few else block_std * noise_std,
+        slow_noise_std_um=None if few or slow_std is None else block_std * slow_std,
         slow_noise_correlation_s=problem.sizes.noise.correlation_s,
         fit_percent=_fit_percent(problem, refined, gains),
         offsets_um=tuple(offsets.tolist()),
@@ -801,6 +803,22 @@ def _result(
         trials=trials,
         warnings=warnings,
     )
+
+
+def _noise(evidence: ResponseEvidence, noise: SlowNoise) -> tuple[float, float | None]:
+    """Return the noise of one reading and the slow drift, over that of a full block's mean. [1]
+
+    Where readings are touches with empty blocks between, they do not tell what correlates for less
+    than two of their intervals from noise: it is noise of a touch.
+    """
+    rows = float(np.median([s.rows for s in evidence.segments]))
+    apart = [np.diff(np.flatnonzero(s.count)) * s.rows * s.sample_time_s for s in evidence.segments]
+    apart_s = float(np.median(np.concatenate(apart))) if any(a.size for a in apart) else 0.0
+    if apart_s <= max(s.rows * s.sample_time_s for s in evidence.segments):
+        return math.sqrt(rows), math.sqrt(noise.ratio)
+    alike = sum(ratio for ratio, tau_s in noise.parts if tau_s < 2.0 * apart_s)
+    told = noise.correlation_s >= 2.0 * apart_s
+    return math.sqrt(rows + alike), math.sqrt(noise.ratio) if told else None
 
 
 def _lags_against(trials: Sequence[LagTrial]) -> Message | None:

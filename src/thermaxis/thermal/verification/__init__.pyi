@@ -24,11 +24,13 @@ from ._touched_run import (
     TouchError as TouchError,
     TouchFigures as TouchFigures,
     TouchPlan as TouchPlan,
+    far_message as far_message,
     likeliest_drift as likeliest_drift,
     touch_interval_s as touch_interval_s,
 )
 from ._verification import (
     OUTSIDE_SHARE as OUTSIDE_SHARE,
+    SPARSE as SPARSE,
     MeasuredOutput as MeasuredOutput,
     Verification as Verification,
     VerificationFigures as VerificationFigures,

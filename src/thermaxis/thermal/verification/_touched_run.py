@@ -3,11 +3,15 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import timedelta
+from itertools import groupby
+from operator import itemgetter
 from typing import NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Message, Value
 from thermaxis.compensation import (
     FASTEST_LIMIT_UM_PER_S,
     LARGEST_LIMIT_UM,
@@ -19,7 +23,7 @@ from thermaxis.compensation import (
     TouchOutcome,
     TouchRules,
 )
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log import ThermalLog
 from thermaxis.thermal.verification._limited_run import compensation_along, cycles_along
 
@@ -35,6 +39,9 @@ _ROUNDING = 1e-9
 _FAR = 0.01
 _FEWEST = 8
 """Fewer touches say nothing of a drift. [1]"""
+MOST_EXCLUDED = 0.125
+"""Where more of the touches than this share were excluded, they do not tell how often to touch.
+Default: that from which on no more are left out of what a model is learnt from. [1]"""
 
 
 @final
@@ -118,15 +125,39 @@ class TouchFigures:
     """Standard uncertainty of the tool point that is wanted. [µm]"""
     told_s: float
     """From the first touch to the last: of a longer time they tell nothing. [s]"""
+    rules: TouchRules
+    """The rules by which they were believed."""
+    apart_s: float
+    """How soon a touch can follow another one, as the median of those in a column. [s]"""
+    stuck: tuple[float, float] | None
+    """Since when, in the first of most that were excluded one after the other, and by how much they
+    are off; None where none was. [s, µm]"""
+
+    @property
+    def interval_s(self) -> float | None:
+        """How often to touch for what is wanted, by the likeliest rules and as far as is told.
+
+        None where that is not known, or many touches were excluded; as `touch_interval_s`. [s]
+        """
+        if self.likely is None or self.many_excluded:
+            return None
+        interval_s = touch_interval_s(self.likely, self.wanted_um)
+        return interval_s if math.isinf(interval_s) else min(interval_s, self.told_s)
+
+    @property
+    def many_excluded(self) -> bool:
+        """Whether so many touches were excluded that the rest tells little."""
+        return self.excluded > MOST_EXCLUDED * self.touches
 
 
 class _Seen(NamedTuple):
-    """A touch: when, the offset that it shows, and its innovation over its standard deviation."""
+    """A touch: when, the offset that it shows, its innovation and what that is expected to be."""
 
     row: int
     time_s: float
     offset_um: float
-    ratio: float
+    innovation_um: float
+    std_um: float
 
 
 class Displaced(NamedTuple):
@@ -164,6 +195,15 @@ def touch_interval_s(rules: TouchRules, within_um: float) -> float:
     noise_um2 = rules.noise_um**2 + rules.discrepancy_um**2
     settled_um2 = max(0.0, largest_um2) ** 2 / (largest_um2 + noise_um2)
     return 3600.0 * settled_um2 / rules.drift_um_per_root_h**2
+
+
+def far_message(log: ThermalLog, since_s: float, um: float) -> Message:
+    """Return by how much a touch is off, and when, some time after the first row."""
+    size: dict[str, Value] = {"um": significant(um, 2)}
+    if log.start is None:
+        return Message("touches-far", {**size, "at_h": significant(since_s / 3600.0, 3)})
+    at = f"{log.start + timedelta(seconds=since_s):%F %R}"
+    return Message("touches-far_at", {**size, "at": at})
 
 
 def touched_run(
@@ -210,7 +250,7 @@ def touched_run(
         z_um = shown_um - said.weight[0] * said.model_um[0]
         r_um = z_um - (belief.offset_um if belief else 0.0)
         sigma_um = math.hypot(std_um, rules.noise_um)
-        seen.append(_Seen(row, said.time_s, z_um, r_um / sigma_um))
+        seen.append(_Seen(row, said.time_s, z_um, r_um, sigma_um))
         value_um = shown_um + said.correction_um[0]
         return (Touch(output.name, value_um, said.time_s, len(seen)),)
 
@@ -225,9 +265,10 @@ def touched_run(
         measured_um - model_um,
         measured_um + correction_um,
     )
-    judged = [abs(one.ratio) <= 2.0 for one in seen if first <= one.row <= behind]
+    judged = [abs(t.innovation_um) <= 2.0 * t.std_um for t in seen if first <= t.row <= behind]
     before = [one for one in seen if one.row < first]
     errors = [_error(e[counted], plan.tolerance_um) for e in left]
+    apart_s = np.diff([one.time_s for one in seen]) if not plan.by_itself else np.zeros(0)
     return TouchFigures(
         *errors,
         touches=len(outcomes),
@@ -238,7 +279,24 @@ def touched_run(
         likely=_likeliest(rules, before if len(before) >= _FEWEST else seen),
         wanted_um=plan.wanted_um,
         told_s=seen[-1].time_s - seen[0].time_s if seen else 0.0,
+        rules=rules,
+        apart_s=float(np.median(apart_s)) if apart_s.size else log.usual_step_s,
+        stuck=_stuck(outcomes, seen),
     )
+
+
+def _stuck(outcomes: Sequence[TouchOutcome], seen: Sequence[_Seen]) -> tuple[float, float] | None:
+    """Return when most touches in a row began to be excluded, and by how much they are off."""
+    runs: list[list[_Seen]] = [
+        [seen[k] for k, _ in each]
+        for outcome, each in groupby(enumerate(outcomes), key=itemgetter(1))
+        if outcome is TouchOutcome.EXCLUDED
+    ]
+    if not runs:
+        return None
+    longest = max(runs, key=len)
+    off_um = [one.innovation_um for one in longest]
+    return longest[0].time_s, float(np.median(off_um))
 
 
 def _due(plan: TouchPlan, time_s: FloatArray, able: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -1,6 +1,6 @@
 """Verify a compensation model on logs: free run, with limits beside it, and figures of both."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import final
@@ -8,10 +8,10 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message, Place, Value
 from thermaxis.compensation import CompensationModel, Limits, Outcome, gain_of
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log import REFERENCE_S, ThermalLog
 from thermaxis.thermal.transfer_function import held
 from thermaxis.thermal.verification._free_run import (
@@ -25,6 +25,7 @@ from thermaxis.thermal.verification._touched_run import (
     Displaced,
     TouchFigures,
     TouchPlan,
+    far_message,
     touched_run,
 )
 
@@ -41,6 +42,11 @@ OUTSIDE_SHARE = 0.05
 """Share of the rows outside the training range from which on a warning is given. [1]"""
 OUTSIDE_WIDTH = 0.01
 """Less than this share of the training range is the noise at its edge. [1]"""
+SPARSE = 0.5
+"""No larger share of the rows is measured where a log has touches in place of a record. [1]"""
+LEAST_WITHIN = 0.85
+"""A smaller share of the innovations within two sigma is said: of 50 touches one log in a thousand
+shows that by chance. [1]"""
 STANDSTILL_RPM = 1.0
 """Below this a speed counts as standstill. [1/min]"""
 
@@ -272,7 +278,7 @@ def verify(
     warnings = [
         Message(w.code, w.values, Place(file=log.name)) for log in verified for w in log.warnings
     ]
-    alike = {(w.code, w.place, tuple(w.values.items())): w for w in warnings}
+    alike = {repr(w): w for w in warnings}
     return Verification(pooled, verified, tuple(alike.values()))
 
 
@@ -345,7 +351,7 @@ def _verify_log(asked: _Comparison, log: ThermalLog) -> VerifiedLog:
             *_warnings(runs),
             *_stopped(limited.values()),
             *(remark for output in outputs for remark in output.start_remarks),
-            *(remark for output in outputs for remark in _unused(asked.touches, log, output)),
+            *(r for output in outputs for r in _touch_remarks(asked.touches, log, output)),
         ),
         reference_s=reference_s,
     )
@@ -393,17 +399,51 @@ def _stopped(runs: Iterable[LimitedRun]) -> tuple[Message, ...]:
     return (Message("remark-limits_too_narrow", {"count": faults}),) if faults else ()
 
 
-def _unused(plan: TouchPlan | None, log: ThermalLog, output: VerifiedOutput) -> tuple[Message, ...]:
-    """Return why touches of this log are worth less than on a machine."""
+def _touch_remarks(
+    plan: TouchPlan | None, log: ThermalLog, output: VerifiedOutput
+) -> Iterator[Message]:
+    """Yield why touches of this log are worth less than on a machine, or say less of it."""
     if plan is None or (found := output.touched) is None or not found.touches:
-        return ()
+        return
     values = {"channel": output.measured.channel, "touches": found.touches}
+    present = ~np.isnan(log.column(output.measured.channel))
+    if plan.by_itself and float(np.mean(present)) <= SPARSE:
+        share = {"share_percent": 100.0 * float(np.mean(present))}
+        yield Message("remark-touches_touched", {"channel": output.measured.channel, **share})
     if found.untimely == found.touches:
-        return (Message("remark-touches_untimely", values),)
-    row = {"step_s": log.usual_step_s, "confirm_s": plan.rules.confirm_s}
-    if row["step_s"] <= row["confirm_s"]:
-        return ()
-    return (Message("remark-touches_unconfirmed", {**values, "excluded": found.excluded, **row}),)
+        yield Message("remark-touches_untimely", values)
+        return
+    values["excluded"] = found.excluded
+    if found.apart_s > plan.rules.confirm_s and (plan.by_itself or found.many_excluded):
+        apart = {"apart_s": found.apart_s, "confirm_s": plan.rules.confirm_s}
+        yield Message("remark-touches_unconfirmed", {**values, **apart})
+    own, likely = found.rules, found.likely
+    within = found.within_two_sigma
+    percent = "–" if within is None else significant(100.0 * within, 2)
+    if found.many_excluded and found.stuck:
+        more = {"percent": percent, "far": far_message(log, *found.stuck)}
+        yield Message("remark-touches_excluded", {**values, **more})
+    elif likely is not None:
+        errors = found.with_offset.mae_um, found.free_run.mae_um
+        wide = likely.drift_um_per_root_h < own.drift_um_per_root_h
+        code = "remark-touches_worse" if wide and errors[0] > errors[1] else ""
+        if within is not None and within < LEAST_WITHIN:
+            code = "remark-touches_beyond"
+        rules: dict[str, Value] = {
+            "drift_um": significant(own.drift_um_per_root_h, 2),
+            "discrepancy_um": significant(own.discrepancy_um, 2),
+            "likely_drift_um": significant(likely.drift_um_per_root_h, 2),
+            "likely_discrepancy_um": significant(likely.discrepancy_um, 2),
+        }
+        figures: dict[str, Value] = {
+            "channel": output.measured.channel,
+            "percent": percent,
+            "offset_um": significant(errors[0], 3),
+            "model_um": significant(errors[1], 3),
+            "likeliest": Message("touches-likeliest", rules),
+        }
+        if code:
+            yield Message(code, figures)
 
 
 def _verify_output(
