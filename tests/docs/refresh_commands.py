@@ -54,7 +54,7 @@ def value_of(option: argparse.Action) -> str:
 
 def table_of(words: str, parser: argparse.ArgumentParser) -> str:
     lines = ["| option | meaning |", "|---|---|"]
-    keys = JSON.get(words.rsplit(" ", maxsplit=1)[-1])
+    keys = JSON.get(words.replace(" ", "-"), JSON.get(words.rsplit(" ", maxsplit=1)[-1]))
     for option in options_of(parser):
         *short, name = option.option_strings
         names = [*(f"`{one}`" for one in short), f"`{written(name + value_of(option))}`"]

@@ -88,6 +88,7 @@ BY_NAME = (
 """Objects with one object for each name that a user gave."""
 
 VERIFIED = "verify.outputs.NAME"
+TESTED = "thermal-test-evaluate.cases[].quantities[]"
 PAIRS = ("peak_to_peak_um", "after_60_min_um", "at_end_um")
 SAME_KEYS = {
     "compare.models[].outputs.NAME": VERIFIED,
@@ -126,6 +127,7 @@ SAME_KEYS = {
         "figures",
     ),
     "identify.outputs.NAME.peak_to_peak_um": f"{VERIFIED}.peak_to_peak_um",
+    **{f"{TESTED}.{part}": f"{TESTED}.whole" for part in ("first_hour", "cooling")},
     "channels.findings": "identify.findings",
     "check.warnings": "check.configuration",
     "machine.nights": "show.nights",
@@ -351,6 +353,15 @@ def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> N
     keys_written(verify, "verify", found)
     keys_by_place(json.loads(series.read_text(encoding="ascii")), "series", found)
     keys_written(["compare", model, log, *json_words], "compare", found)
+    for kind, name, lines in (
+        ("spindle", "lathe_spindle", '[motion]\nspeed = "n_spindle_rpm"'),
+        ("etve", "lathe_verification", ""),
+    ):
+        setup = folder / f"{kind}.toml"
+        setup.write_text(f'[probes]\nz = "Z_um"\n{lines}\n', encoding="ascii")
+        words = ["thermal-test", "evaluate", str(examples / f"{name}.csv"), "--kind", kind]
+        words += ["--setup", str(setup), *json_words]
+        keys_written(words, "thermal-test-evaluate", found)
 
 
 def test_figures_without_drift_and_uncertainties_have_the_keys_of_the_measured_figures(evaluated):

@@ -35,6 +35,7 @@ from .settings import (
     read_regions as read_regions,
     read_run_mapping as read_run_mapping,
     read_thermal_mapping as read_thermal_mapping,
+    read_thermal_test_setup as read_thermal_test_setup,
     write_model as write_model,
     write_plan as write_plan,
 )

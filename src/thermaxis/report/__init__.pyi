@@ -22,6 +22,10 @@ from ._output import write_bytes as write_bytes
 from ._positioning_report import PositioningReport as PositioningReport
 from ._progress import Progress as Progress
 from ._text import fixed as fixed
+from ._thermal_test_report import (
+    CompensationCase as CompensationCase,
+    ThermalTestReport as ThermalTestReport,
+)
 from .certificate import (
     unshowable as unshowable,
     write_report as write_report,

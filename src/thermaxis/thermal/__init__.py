@@ -9,6 +9,7 @@ from thermaxis.thermal import (
     modal,
     relearning,
     selection,
+    test,
     transfer_function,
     verification,
 )
@@ -22,6 +23,7 @@ _ROOMS = (
     identification,
     relearning,
     images,
+    test,
 )
 _NAMES = {room.__name__.rpartition(".")[2]: dir(room) for room in _ROOMS}
 __getattr__, __dir__, __all__ = attach(__name__, submod_attrs={"_arrays": ["FloatArray"], **_NAMES})

@@ -5,5 +5,6 @@ from .log import *
 from .modal import *
 from .relearning import *
 from .selection import *
+from .test import *
 from .transfer_function import *
 from .verification import *

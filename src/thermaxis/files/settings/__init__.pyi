@@ -54,3 +54,4 @@ from .thermal_mapping_toml import (
     ThermalMapping as ThermalMapping,
     read_thermal_mapping as read_thermal_mapping,
 )
+from .thermal_test_toml import read_thermal_test_setup as read_thermal_test_setup

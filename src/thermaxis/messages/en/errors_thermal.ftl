@@ -203,6 +203,33 @@ error-no_row_to_compare = No row has both a measured and a simulated displacemen
 error-fit_undefined = The measured displacement is constant: { $rows } rows at { $value_um } µm have no fit.
     .remedy = Choose rows in which the displacement changes, or judge by RMSE.
 
+## Thermal tests
+
+error-probes_missing = The set-up names no probe.
+    .remedy = Name the channels in [probes]: x1, x2, y1, y2 and z, as far as they were measured.
+error-probe_without_first = The second probe has no first one, { $missing }: a tilt needs both.
+    .remedy = Name its channel as { $missing }, or call the only probe of this axis so.
+error-probe_distance_missing = The distance l of the probes is missing; the tilt by { $second } needs it.
+    .remedy = State distance_mm in [probes], from the first probe to the second, such as 150.
+error-targets_missing = The set-up names no targets.
+    .remedy = Name in [targets] the channels at both targets, each from both sides: first = ["...", "..."], second = ["...", "..."].
+error-fixture_without_ambient = An expansion of the fixture with ambient temperature is stated, and no ambient temperature.
+    .remedy = Name the channels of ambient temperature: ambient = ["..."].
+error-motion_missing = Nothing says when something moved.
+    .remedy = Name the channel of the speed in [motion], speed = "...", or state running_min = [begin, end].
+error-motion_not_rising = { $first } to { $last } min is no span of time.
+    .remedy = Count minutes from the first row of the log, the begin first.
+error-motion_beyond_log = The motion ends behind the log, which ends after { $minutes } min.
+    .remedy = Count minutes from the first row of the log.
+error-never_moved = It is never above { $least }: nothing ran.
+    .remedy = Name the channel of the speed that made the heat, or choose --kind etve.
+error-thermal_test_too_short = { $minutes } min are too short: ISO 230-3 states what happens within 60 min.
+    .remedy = Give the whole log of the test; the motion lasts from the first row with speed to the last one.
+error-thermal_test_gap = { $quantity } has no value for { $minutes } min from minute { $at_min } on; { $most_min } min are the most.
+    .remedy = Give a log without this gap, or join the recorders' logs by thermaxis merge.
+error-model_not_of_test = No output of the model ({ $names }) is a channel of the test ({ $channels }).
+    .remedy = Identify the model with the channels of the probes as its outputs.
+
 ## Thermal images
 
 error-too_many_pixels = The image has { $columns } x { $rows } pixels, more than { $most_million } million.

@@ -18,3 +18,4 @@ from ._evaluation import (
 )
 from ._summary import summary_of as summary_of
 from ._text_table import filled as filled, text_table as text_table
+from ._thermal_test import describe_thermal_test as describe_thermal_test

@@ -28,9 +28,11 @@ from ._merge import (
     shift_displacements as shift_displacements,
 )
 from ._quality import (
+    TEMPERATURES as TEMPERATURES,
     FindingKind as FindingKind,
     LogFinding as LogFinding,
     check_log as check_log,
+    resolution_of as resolution_of,
 )
 from ._resample import (
     block_means as block_means,

@@ -1,0 +1,21 @@
+from ._evaluation import evaluate_thermal_test as evaluate_thermal_test
+from ._figures import (
+    EndCriterion as EndCriterion,
+    RangeFigure as RangeFigure,
+    SpeedClass as SpeedClass,
+    ThermalTest as ThermalTest,
+    ThermalTestQuantity as ThermalTestQuantity,
+    ThermalTestTemperature as ThermalTestTemperature,
+    UncertaintyCause as UncertaintyCause,
+    UncertaintyTerm as UncertaintyTerm,
+)
+from ._left import left_by_model as left_by_model
+from ._ranges import largest_ranges as largest_ranges
+from ._setup import (
+    MotionTargets as MotionTargets,
+    Probes as Probes,
+    ThermalTestBudget as ThermalTestBudget,
+    ThermalTestKind as ThermalTestKind,
+    ThermalTestMotion as ThermalTestMotion,
+    ThermalTestSetup as ThermalTestSetup,
+)

@@ -1,0 +1,412 @@
+"""Evaluate a log as a thermal test of ISO 230-3."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.codes import Message, Place
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._arrays import FloatArray, significant
+from thermaxis.thermal.log import TEMPERATURES, ThermalLog, resolution_of
+from thermaxis.thermal.test._figures import (
+    COVERAGE,
+    CUSTOMARY_H,
+    HOUR_S,
+    EndCriterion,
+    RangeFigure,
+    SpeedClass,
+    ThermalTest,
+    ThermalTestQuantity,
+    ThermalTestTemperature,
+    UncertaintyCause,
+    UncertaintyTerm,
+)
+from thermaxis.thermal.test._ranges import largest_ranges, range_of, rows_between
+from thermaxis.thermal.test._setup import ThermalTestKind, ThermalTestSetup
+
+STANDSTILL = 1.0
+"""Up to this a speed counts as standstill. [unit of the channel]"""
+LONGEST_GAP_S = 1800.0
+"""A longer time without a value leaves no range within 60 min. [s]"""
+TOLD_GAP_S = 300.0
+"""A shorter time without a value, or one of a few rows, is not told. [s]"""
+_FEW_ROWS = 5.0
+_CLASSES = 10
+"""Classes of speed up to the highest one. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Series:
+    """A displacement or tilt, and what one probe's error is worth in it."""
+
+    name: str
+    unit: str
+    values: FloatArray
+    scale: float = 1.0
+    """Unit of the series for each µm of a probe's displacement."""
+    probes: int = 1
+    distance_mm: float | None = None
+    resolution_um: float = 0.0
+
+
+def evaluate_thermal_test(
+    log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup
+) -> ThermalTest:
+    """Evaluate a log as one of the four tests of ISO 230-3.
+
+    Parameters
+    ----------
+    log : ThermalLog
+        The log, with the channels that the set-up names.
+    kind : ThermalTestKind
+        Which test it is.
+    setup : ThermalTestSetup
+        Probes, motion and what is known of U.
+
+    Returns
+    -------
+    ThermalTest
+        Ranges of displacements and tilts with U, temperatures, speeds.
+
+    Raises
+    ------
+    ConfigurationError
+        If the set-up names no probe, or nothing that says when something moved.
+    DataError
+        If the log lacks a channel or has it in another unit, nothing moved, test or motion is
+        shorter than 60 min, or a channel has no value for 30 min.
+
+    References
+    ----------
+    ISO 230-3:2020, from memory [M]: which ranges and spans, tilts A = (Y1 - Y2) / l and
+    B = (X1 - X2) / l, the end of a test.
+    """
+    series = tuple(_series(log, kind, setup))
+    begin_s, end_s = _span(log, kind, setup)
+    step_s = log.usual_step_s if log.rows > 1 else 0.0
+    if not end_s - begin_s + step_s >= HOUR_S:
+        minutes = significant((end_s - begin_s) / 60.0, 3)
+        raise DataError("thermal_test_too_short", minutes=minutes, place=log.place())
+    warnings = list(_warnings(log, kind, setup, begin_s, end_s))
+    for one in series:
+        if one.probes == 1:
+            warnings += _gaps(log, one, begin_s, end_s)
+    spans_h: tuple[float, ...] = ()
+    if kind is ThermalTestKind.ETVE:
+        spans_h = tuple(t for t in setup.spans_h if t * HOUR_S <= end_s - begin_s + step_s)
+    own = _Spans(log.time_s, begin_s, end_s, spans_h)
+    ambient = [log.column(name, unit="degC") for name in setup.ambient]
+    quantities = tuple(_quantity(one, own, ambient, setup) for one in series)
+    criterion = None
+    if kind is not ThermalTestKind.ETVE:
+        criterion = _criterion(quantities, end_s - begin_s + step_s)
+        if end_s - begin_s < CUSTOMARY_H * HOUR_S and not (criterion and criterion.reached):
+            values = {"hours": significant((end_s - begin_s) / HOUR_S, 3), "least_h": CUSTOMARY_H}
+            warnings.append(Message("warning-thermal_test_ended_early", values))
+    return ThermalTest(
+        kind=kind,
+        name=log.name,
+        time_s=log.time_s,
+        begin_s=begin_s,
+        end_s=end_s,
+        quantities=quantities,
+        temperatures=tuple(_temperatures(log, setup, own)),
+        room_spread_k=_spread(ambient),
+        spans_h=spans_h,
+        spectrum=_spectrum(log, setup, own) if kind is not ThermalTestKind.ETVE else (),
+        end_criterion=criterion,
+        warnings=tuple(warnings),
+    )
+
+
+# ---- displacements and tilts --------------------------------------------------------------------
+
+
+def _series(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> Iterator[_Series]:
+    """Yield what is measured, and behind it what is made of two of them."""
+    if kind is ThermalTestKind.LINEAR:
+        if setup.targets is None:
+            raise ConfigurationError("targets_missing", place=Place(key="targets"))
+        sides = (setup.targets.first, setup.targets.second)
+        named = [
+            (f"P{k}{way}", c)
+            for k, t in enumerate(sides, 1)
+            for way, c in zip("+-", t, strict=True)
+        ]
+        differences = [("D+", "P2+", "P1+"), ("D-", "P2-", "P1-")]
+    else:
+        named = [*setup.probes.named]
+        differences = [("A", "Y1", "Y2"), ("B", "X1", "X2")]
+    if not named:
+        raise ConfigurationError("probes_missing", place=Place(key="probes"))
+    stated_um = setup.uncertainty.resolution_um
+    found: dict[str, _Series] = {}
+    for name, channel in named:
+        values = log.column(channel, unit="um")
+        if bool(np.all(np.isnan(values))):
+            raise DataError("never_measured", place=log.place(log.name_of(channel)))
+        known = values[~np.isnan(values)]
+        resolution_um = resolution_of(known) if stated_um is None else stated_um
+        found[name] = _Series(name, "um", values, resolution_um=resolution_um)
+    yield from found.values()
+    distance_mm = setup.probes.distance_mm
+    for name, one, other in differences:
+        if one not in found or other not in found:
+            continue
+        scale, unit = 1.0, "um"
+        if distance_mm is not None and kind is not ThermalTestKind.LINEAR:
+            scale, unit = 1e3 / distance_mm, "um/m"
+        minuend, subtrahend = found[one], found[other]
+        yield _Series(
+            name,
+            unit,
+            scale * _difference(log.time_s, minuend.values, subtrahend.values),
+            scale,
+            2,
+            distance_mm if unit == "um/m" else None,
+            max(minuend.resolution_um, subtrahend.resolution_um),
+        )
+
+
+def _difference(time_s: FloatArray, one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return a difference at every row of either, the other between its neighbours in time."""
+    columns: list[FloatArray] = []
+    for values in (one, other):
+        known = ~np.isnan(values)
+        between = np.interp(time_s, time_s[known], values[known], left=np.nan, right=np.nan)
+        columns.append(between)
+    return np.where(np.isnan(one) & np.isnan(other), np.nan, columns[0] - columns[1])
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spans:
+    """Which rows of a test belong together."""
+
+    time_s: FloatArray
+    begin_s: float
+    end_s: float
+    spans_h: tuple[float, ...]
+
+    @property
+    def whole(self) -> NDArray[np.bool_]:
+        return rows_between(self.time_s, self.begin_s, self.end_s)
+
+    @property
+    def first_hour(self) -> NDArray[np.bool_]:
+        return rows_between(self.time_s, self.begin_s, self.begin_s + HOUR_S) & self.whole
+
+    @property
+    def last_hour(self) -> NDArray[np.bool_]:
+        return rows_between(self.time_s, self.end_s - HOUR_S, self.end_s) & self.whole
+
+    @property
+    def cooling(self) -> NDArray[np.bool_]:
+        return rows_between(self.time_s, self.end_s, float(self.time_s[-1]))
+
+    def hours(self) -> Iterator[NDArray[np.bool_]]:
+        """Yield the rows of each whole hour; a last one may end a row early."""
+        steps = np.diff(self.time_s)
+        step_s = float(np.median(steps)) if steps.size else 0.0
+        for k in range(int((self.end_s - self.begin_s + step_s) / HOUR_S)):
+            begin_s = self.begin_s + k * HOUR_S
+            yield rows_between(self.time_s, begin_s, begin_s + HOUR_S) & self.whole
+
+
+def _quantity(
+    one: _Series, own: _Spans, ambient: list[FloatArray], setup: ThermalTestSetup
+) -> ThermalTestQuantity:
+    cooling = own.cooling
+    has_cooling = int(np.count_nonzero(cooling & ~np.isnan(one.values))) > 1
+    return ThermalTestQuantity(
+        name=one.name,
+        unit=one.unit,
+        values=one.values,
+        first_hour=_range(one, own.first_hour, ambient, setup),
+        whole=_range(one, own.whole, ambient, setup),
+        last_hour=range_of(one.values[own.last_hour]),
+        cooling=_range(one, cooling, ambient, setup) if has_cooling else None,
+        drift_per_h=tuple(_slope(own.time_s[rows], one.values[rows]) for rows in own.hours()),
+        within_spans=largest_ranges(own.time_s, one.values, [t * HOUR_S for t in own.spans_h]),
+    )
+
+
+def _slope(time_s: FloatArray, values: FloatArray) -> float:
+    """Return the slope by least squares per hour."""
+    known = ~np.isnan(values)
+    if int(np.count_nonzero(known)) < 2:
+        return float("nan")
+    about_h = (time_s[known] - np.mean(time_s[known])) / HOUR_S
+    return float(about_h @ (values[known] - np.mean(values[known])) / (about_h @ about_h))
+
+
+def _range(
+    one: _Series, rows: NDArray[np.bool_], ambient: list[FloatArray], setup: ThermalTestSetup
+) -> RangeFigure:
+    """Return a range with what makes it uncertain.
+
+    Two readings of each probe: a rectangle of the resolution about both; of the expansion, up to
+    what the ambient range makes of it; half the step to a neighbour at both extremes.
+    """
+    values, known = one.values[rows], setup.uncertainty
+    value, both = range_of(values), one.scale * float(np.sqrt(one.probes))
+    terms: dict[UncertaintyCause, float] = {}
+    if known.probe_um is not None:
+        terms[UncertaintyCause.PROBE] = both * known.probe_um / COVERAGE
+    if known.fixture_um_per_k is not None and ambient:
+        widest_k = max(range_of(column[rows]) for column in ambient)
+        terms[UncertaintyCause.TEMPERATURE] = both * known.fixture_um_per_k * widest_k / 3.0**0.5
+    terms[UncertaintyCause.RESOLUTION] = both * one.resolution_um / 6.0**0.5
+    terms[UncertaintyCause.SAMPLING] = _between_rows(values) / 3.0**0.5
+    if one.distance_mm is not None and known.distance_mm is not None:
+        relative = known.distance_mm / COVERAGE / one.distance_mm
+        terms[UncertaintyCause.DISTANCE] = value * relative
+    return RangeFigure(value, tuple(UncertaintyTerm(*term) for term in terms.items()))
+
+
+def _between_rows(values: FloatArray) -> float:
+    """Return half the larger step to a neighbour at both extremes, root of the sum of squares."""
+    known = values[~np.isnan(values)]
+    steps = np.pad(np.abs(np.diff(known)), 1)
+    halves = [0.5 * max(steps[k], steps[k + 1]) for k in (np.argmax(known), np.argmin(known))]
+    return float(np.hypot(*halves))
+
+
+# ---- when something moved -----------------------------------------------------------------------
+
+
+def _span(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> tuple[float, float]:
+    """Return begin and end of the test, or of the motion."""
+    if kind is ThermalTestKind.ETVE:
+        return 0.0, log.duration_s
+    motion = setup.motion
+    if motion.running_min is not None:
+        begin_s, end_s = (60.0 * edge for edge in motion.running_min)
+        if end_s > log.duration_s + (log.usual_step_s if log.rows > 1 else 0.0):
+            minutes = significant(log.duration_s / 60.0, 4)
+            place = log.place()._replace(key="motion.running_min")
+            raise DataError("motion_beyond_log", minutes=minutes, place=place)
+        return begin_s, min(end_s, log.duration_s)
+    if not motion.speed:
+        raise ConfigurationError("motion_missing", place=Place(key="motion.speed"))
+    speed = np.abs(log.column(motion.speed))
+    moving = np.flatnonzero(speed > STANDSTILL)
+    if not moving.size:
+        place = log.place(log.name_of(motion.speed))
+        raise DataError("never_moved", least=STANDSTILL, place=place)
+    return float(log.time_s[moving[0]]), float(log.time_s[moving[-1]])
+
+
+def _spectrum(log: ThermalLog, setup: ThermalTestSetup, own: _Spans) -> tuple[SpeedClass, ...]:
+    """Return how long which speeds were run; a row holds until the next one."""
+    if not setup.motion.speed:
+        return ()
+    speed = np.abs(log.column(setup.motion.speed))
+    held_s = np.append(np.diff(log.time_s), 0.0)
+    rows = own.whole & ~np.isnan(speed)
+    rows[np.flatnonzero(own.whole)[-1]] = False  # what it holds lies behind the motion
+    speed, held_s = speed[rows], held_s[rows]
+    highest = max(setup.motion.highest or 0.0, float(np.max(speed, initial=STANDSTILL)))
+    number = np.ceil(_CLASSES * speed / highest * (1.0 - 1e-9))
+    number[speed <= STANDSTILL] = 0.0
+    classes: list[SpeedClass] = []
+    for k in np.unique(number).tolist():
+        alike = number == k
+        time_s = float(np.sum(held_s[alike]))
+        mean = float(speed[alike] @ held_s[alike]) / time_s
+        width = 100.0 / _CLASSES
+        classes.append(SpeedClass(max(k - 1.0, 0.0) * width, k * width, mean, time_s))
+    return tuple(classes)
+
+
+def _criterion(
+    quantities: tuple[ThermalTestQuantity, ...], running_s: float
+) -> EndCriterion | None:
+    own = [one for one in quantities if not one.is_tilt]
+    if running_s < 2.0 * HOUR_S:
+        return None
+    return EndCriterion(max(one.first_hour.value for one in own), max(one.last_hour for one in own))
+
+
+# ---- temperatures -------------------------------------------------------------------------------
+
+
+def _temperatures(
+    log: ThermalLog, setup: ThermalTestSetup, own: _Spans
+) -> Iterator[ThermalTestTemperature]:
+    ambient = [log.name_of(name) for name in setup.ambient]
+    others = [n for n, unit in log.units.items() if unit in TEMPERATURES and n not in ambient]
+    whole, first = own.whole, own.first_hour
+    for name in (*ambient, *others):
+        values = log.column(name, unit="degC")
+        known = values[whole & ~np.isnan(values)]
+        (gradient,) = largest_ranges(own.time_s[whole], values[whole], (HOUR_S,))
+        yield ThermalTestTemperature(
+            channel=name,
+            ambient=name in ambient,
+            start_c=float(known[0]) if known.size else float("nan"),
+            end_c=float(known[-1]) if known.size else float("nan"),
+            range_k=range_of(known),
+            first_hour_range_k=range_of(values[first]),
+            gradient_k_per_h=gradient,
+        )
+
+
+def _spread(ambient: list[FloatArray]) -> float | None:
+    """Return the largest difference within the room at one time."""
+    if len(ambient) < 2:
+        return None
+    table = np.stack(ambient)
+    apart = np.ptp(table, axis=0)
+    return float(np.max(apart, where=~np.isnan(apart), initial=0.0))
+
+
+# ---- what the reader must know ------------------------------------------------------------------
+
+
+def _warnings(
+    log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup, begin_s: float, end_s: float
+) -> Iterator[Message]:
+    hours = significant((end_s - begin_s) / HOUR_S, 3)
+    if kind is ThermalTestKind.ETVE:
+        if hours < CUSTOMARY_H:
+            values = {"hours": hours, "least_h": CUSTOMARY_H}
+            yield Message("warning-thermal_test_short", values)
+        for name, unit in log.units.items():
+            moved = np.abs(log.columns[name]) > STANDSTILL
+            if unit == "rpm" and bool(np.any(moved)):
+                percent = significant(100.0 * float(np.mean(moved)), 2)
+                values = {"channel": name, "percent": percent}
+                yield Message("warning-thermal_test_turned", values)
+    elif log.duration_s - end_s < HOUR_S:
+        minutes = significant((log.duration_s - end_s) / 60.0, 3)
+        yield Message("warning-thermal_test_cooling_short", {"minutes": minutes})
+    if kind is not ThermalTestKind.LINEAR:
+        there = {name for name, _ in setup.probes.named}
+        if missing := [name for name in ("X1", "X2", "Y1", "Y2", "Z") if name not in there]:
+            values = {"probes": ", ".join(missing)}
+            yield Message("warning-thermal_test_probes_missing", values)
+    if not setup.ambient:
+        yield Message("warning-thermal_test_without_ambient")
+    if setup.uncertainty.probe_um is None:
+        yield Message("warning-thermal_test_probe_not_stated")
+
+
+def _gaps(log: ThermalLog, one: _Series, begin_s: float, end_s: float) -> Iterator[Message]:
+    """Yield how long a quantity was not measured; refuse what leaves no range within 60 min."""
+    known_s = log.time_s[~np.isnan(one.values) & rows_between(log.time_s, begin_s, end_s)]
+    edges_s = np.concatenate(([begin_s], known_s, [end_s]))
+    gaps_s = np.diff(edges_s)
+    longest = int(np.argmax(gaps_s))
+    gap_s, at_s = float(gaps_s[longest]), float(edges_s[longest])
+    values = {"quantity": one.name, "minutes": significant(gap_s / 60.0, 3)}
+    values["at_min"] = significant(at_s / 60.0, 4)
+    if gap_s > LONGEST_GAP_S:
+        most = LONGEST_GAP_S / 60.0
+        raise DataError("thermal_test_gap", place=log.place(), most_min=most, **values)
+    if gap_s > max(TOLD_GAP_S, _FEW_ROWS * float(np.median(gaps_s))):
+        yield Message("warning-thermal_test_gap", values)
