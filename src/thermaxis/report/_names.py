@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from thermaxis.positioning import (
+    FIGURE_KEYS,
     Cycle,
     Edition,
     Iso230_2_1988Result,
@@ -14,37 +15,17 @@ from thermaxis.positioning import (
 
 FIGURE_SYMBOLS: Mapping[str, str] = MappingProxyType(
     {
-        "B": "B",
-        "B_mean": "B̄",
-        "M": "M",
-        "E_forward": "E↑",
-        "E_backward": "E↓",
-        "E": "E",
-        "R_forward": "R↑",
-        "R_backward": "R↓",
-        "R": "R",
-        "A_forward": "A↑",
-        "A_backward": "A↓",
-        "A": "A",
+        key: key.replace("_forward", "↑").replace("_backward", "↓").replace("_mean", "\u0304")
+        for key in FIGURE_KEYS
     }
 )
 """Symbols of ISO 230-2 by key of the figure."""
 
-_NAMES_OLDER: Mapping[str, str] = MappingProxyType(
-    {
-        "B": "reversal value",
-        "B_mean": "mean reversal value",
-        "M": "range of the mean bidirectional positional deviation",
-        "E_forward": "unidirectional systematic positional deviation, forward",
-        "E_backward": "unidirectional systematic positional deviation, backward",
-        "E": "bidirectional systematic positional deviation",
-        "R_forward": "unidirectional repeatability of positioning, forward",
-        "R_backward": "unidirectional repeatability of positioning, backward",
-        "R": "bidirectional repeatability of positioning",
-        "A_forward": "unidirectional accuracy of positioning, forward",
-        "A_backward": "unidirectional accuracy of positioning, backward",
-        "A": "bidirectional accuracy of positioning",
-    }
+_OLDER_WORDS = (
+    ("reversal error", "reversal value"),
+    ("positioning error", "positional deviation"),
+    ("positioning repeatability", "repeatability of positioning"),
+    ("positioning accuracy", "accuracy of positioning"),
 )
 _NAMES_2014: Mapping[str, str] = MappingProxyType(
     {
@@ -61,6 +42,17 @@ _NAMES_2014: Mapping[str, str] = MappingProxyType(
         "A_backward": "unidirectional positioning accuracy, backward",
         "A": "bidirectional positioning accuracy",
     }
+)
+
+
+def _older(name: str) -> str:
+    for present, former in _OLDER_WORDS:
+        name = name.replace(present, former)
+    return name
+
+
+_NAMES_OLDER: Mapping[str, str] = MappingProxyType(
+    {key: _older(name) for key, name in _NAMES_2014.items()}
 )
 FIGURE_NAMES: Mapping[Edition, Mapping[str, str]] = MappingProxyType(
     {Edition.E1997: _NAMES_OLDER, Edition.E2006: _NAMES_OLDER, Edition.E2014: _NAMES_2014}

@@ -33,10 +33,6 @@ async def serve(
     ----------
     configuration : MachineConfiguration
         The machine, with a table ``[screen]``.
-    tell : callable
-        Takes the address once the pages can be opened.
-    more : sequence of BaseRoute
-        What else is served behind the same guard.
 
     Raises
     ------

@@ -258,8 +258,6 @@ def generate_thermal_test(plan: ThermalTestPlan, seed: int) -> GeneratedThermalT
 
     Parameters
     ----------
-    plan : ThermalTestPlan
-        What the machine does and how it is measured.
     seed : int
         The same plan and seed give the same log; another seed gives other speeds, another hall,
         other drift and noise. [1]

@@ -217,8 +217,6 @@ async def serve_app(port: int, tell: Callable[[str], None]) -> None:
     ----------
     port : int
         Port; 0: any that is free. [1]
-    tell : callable
-        Takes the address with its token once the pages can be opened.
 
     Raises
     ------

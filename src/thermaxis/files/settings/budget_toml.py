@@ -54,11 +54,6 @@ def _check_name(file: str, name: str, kind: AxisKind) -> None:
 def read_budget(path: Path, kind: AxisKind) -> UncertaintyBudget:
     """Read a file with the terms of instrument and environment.
 
-    Parameters
-    ----------
-    kind : AxisKind
-        Kind of the axis, which fixes the unit.
-
     Returns
     -------
     UncertaintyBudget

@@ -78,8 +78,6 @@ def read_figure_limits(path: Path, kind: AxisKind) -> FigureLimits:
         TOML with a table ``[limits]`` (keys of the figures with the unit as suffix, such as
         ``A_um``, and ``decision_rule``) and, where uncertainties are known otherwise than by the
         evaluation, a table ``[expanded_uncertainty]`` with the same keys.
-    kind : AxisKind
-        Kind of the axis, which fixes the unit.
 
     Returns
     -------

@@ -96,20 +96,7 @@ class Vdi3441Result:
 def evaluate_vdi_dgq_3441(test: PositioningTest) -> Vdi3441Result:
     """Evaluate a run after VDI/DGQ 3441 (1977); formulas unverified, from memory.
 
-    Parameters
-    ----------
-    test : PositioningTest
-        The measured run, with at least two readings per target and approach.
-
-    Returns
-    -------
-    Vdi3441Result
-        Figures in the deviation unit of the axis.
-
-    Raises
-    ------
-    DataError
-        If a target has fewer than two readings in a measured approach.
+    It needs, and refuses, what `evaluate_iso230_2_1988` does.
 
     References
     ----------

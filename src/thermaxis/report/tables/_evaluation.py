@@ -66,11 +66,6 @@ _OF_BUDGET = (
 def describe_evaluation(report: PositioningReport) -> list[Part]:
     """Return everything that was evaluated: the standard's figures first, the others after them.
 
-    Parameters
-    ----------
-    report : PositioningReport
-        The run with what was evaluated of it.
-
     Returns
     -------
     list of Part
@@ -99,11 +94,6 @@ def describe_evaluation(report: PositioningReport) -> list[Part]:
 def results_json(report: PositioningReport) -> bytes:
     """Return the results of a run as JSON that depends on them alone.
 
-    Parameters
-    ----------
-    report : PositioningReport
-        The run with what was evaluated of it.
-
     Returns
     -------
     bytes
@@ -117,11 +107,6 @@ def results_json(report: PositioningReport) -> bytes:
 
 def results_sha256(report: PositioningReport) -> str:
     """Return the SHA-256 of the results of a run, which every form of its certificate bears.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        The run with what was evaluated of it.
 
     Returns
     -------

@@ -30,11 +30,6 @@ _LESS_URGENT = {"warning-many_cycles", "warning-targets_equidistant"}
 def summary_of(report: PositioningReport) -> str:
     """Return what a metrologist at the machine needs first.
 
-    Parameters
-    ----------
-    report : PositioningReport
-        The run with what was evaluated of it.
-
     Returns
     -------
     str

@@ -57,8 +57,6 @@ def joint_gains(
 
     Parameters
     ----------
-    records : Records
-        Experiments with the displacements of all diameters as outputs.
     part : str
         Name of the input whose part has gains.
     diameters_mm : mapping of str to float or None

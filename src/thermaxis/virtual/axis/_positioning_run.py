@@ -402,8 +402,6 @@ def generate_positioning_run(axis: VirtualAxis, *, seed: int) -> GeneratedRun:
 
     Parameters
     ----------
-    axis : VirtualAxis
-        The axis and the plan of the run.
     seed : int
         Seed of the target positions, phases, noise, outliers and lost readings, each from a
         sequence of its own: a change of one of them leaves the others as they were. [1]
@@ -596,24 +594,8 @@ def paper_y_axis(
     150 mm, 16 targets, 300 mm/min, dwell 2 s, 24 °C, 50 cycles as in the paper, with the same
     recording time of 2 s: 50 times 192 s, or 2.7 h. No position stands out.
 
-    Parameters
-    ----------
-    seed : int, optional
-        Seed of everything random. Default: 27, so that X and Y have nothing in common. [1]
-    cycles : int, optional
-        Number of cycles. Default: the paper's 50. [1]
-    noise_um : float, optional
-        Standard deviation of one approach. Default: as on X. [µm]
-
-    Returns
-    -------
-    GeneratedRun
-        The run and its truth.
-
-    Raises
-    ------
-    ConfigurationError
-        If the seed or the noise is negative, or there is no cycle.
+    Parameters, result and errors are those of `paper_x_axis`; the seeds differ, so that the axes
+    have nothing random in common.
 
     References
     ----------

@@ -116,8 +116,6 @@ def true_temperature_c(table: VirtualTable, time_s: float) -> FloatArray:
 
     Parameters
     ----------
-    table : VirtualTable
-        The table, at the temperature of the air when the motor starts.
     time_s : float
         Time since then. [s]
 

@@ -56,8 +56,6 @@ def log_lathe(
         For how long; the first row is taken at once, the last one before that time. [h]
     every_s : float
         Time between rows. Default: ten seconds, as in the examples. [s]
-    truth : bool
-        Whether the true displacements stand beside the measured ones.
     progress : callable, optional
         Called now and then with rows done and their number.
 
