@@ -14,8 +14,8 @@ import httpx2 as httpx
 import pytest
 
 from tests.commands_here import WorkHere
-from thermaxis.app.server._server import build_app, serve_app
 from thermaxis.app.axis._forms import judge
+from thermaxis.app.server._server import build_app, serve_app
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence
 from thermaxis.web import Listener

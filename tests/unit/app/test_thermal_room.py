@@ -17,8 +17,8 @@ from tests.commands_here import WorkHere
 from tests.unit.app.test_entrance import GOOD, HEAD, Door
 from thermaxis import plc
 from thermaxis.app._rooms import spoken_as, words_of
-from thermaxis.app.server._server import AppHost
 from thermaxis.app._shelf import Entry, Shelf
+from thermaxis.app.server._server import AppHost
 from thermaxis.app.thermal._room import identify_words
 from thermaxis.codes import Message, message_as_json, value_as_json
 from thermaxis.messages import LANGUAGES, sentence, sentence_of, text_of

@@ -108,16 +108,6 @@ def test_the_table_holds_nominal_plus_deviation_of_each_direction_zero_at_the_re
     )
 
 
-def test_a_control_with_one_value_gets_the_mean_at_equidistant_points(run, tmp_path):
-    output = tmp_path / "x.ini"
-    assert correct(run, output, "--points", "11", control="sinumerik") == 0
-    mean = 0.5 * (np.array(FORWARD) + np.array(BACKWARD)) - 1.0
-    expected = np.interp(np.linspace(0, 200, 11), TARGETS, mean)
-    values = sinumerik_values(output)
-    assert sorted(values) == list(range(11))
-    np.testing.assert_allclose([1000 * values[i] for i in range(11)], expected, atol=0.01)
-
-
 def test_the_summary_says_sign_unit_points_reference_reversal_and_what_is_left(
     run, tmp_path, capsys
 ):

@@ -87,17 +87,6 @@ def test_absent_figures_are_null(tmp_path, capsys):
     assert results["adjacent_difference"]["backward"] is None
 
 
-def test_a_rotary_axis_is_evaluated_in_arcsec(tmp_path, capsys):
-    path = tmp_path / "c_axis.csv"
-    x = closed_form(8, 1.5, 2.0, 0.7)
-    path.write_text(tidy(x, np.arange(8) * 45.0, unit="deg", error="arcsec"), encoding="utf-8")
-    results = evaluated(capsys, path)
-    assert results["test"]["kind"] == "rotary"
-    assert results["iso230_2"]["B"] == pytest.approx(4.0)
-    main(["evaluate", str(path)])
-    assert "arcsec" in capsys.readouterr().out
-
-
 def test_a_long_axis_has_no_repeatability_unless_asked(tmp_path, capsys):
     path = tmp_path / "long.csv"
     path.write_text(tidy(closed_form(12, 1.5, 2.0, 0.7), np.arange(12) * 240.0), encoding="utf-8")

@@ -134,13 +134,6 @@ def test_a_wanted_uncertainty_sets_the_number_of_cycles(tmp_path, capsys):
     assert of_r["search"]["cycles"] > cycles
 
 
-def test_the_standard_asks_for_five_cycles(capsys):
-    for words, cycles in (((), 2), (("--standard",), 5)):
-        found = result(capsys, *SMALL, "--target-uncertainty", "0.35", *words)
-        assert isinstance(found["search"], dict)
-        assert found["search"]["cycles"] == cycles
-
-
 def test_what_cannot_be_reached_is_said_with_its_limit_and_nothing_is_written(tmp_path):
     output = tmp_path / "plan.json"
     words = ("--target-uncertainty", "0.01", "--longest", "2", "-o", output)

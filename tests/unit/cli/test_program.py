@@ -1,5 +1,4 @@
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -7,7 +6,7 @@ import pytest
 from tests.unit.cli.refusals import code_of, refusal
 from thermaxis.cli import main
 from thermaxis.controls import control_names
-from thermaxis.files import plan_sha256, read_plan, write_plan
+from thermaxis.files import plan_sha256, read_plan
 from thermaxis.positioning import evaluate_duration
 
 PLAN = ("plan", "--length", "300", "--targets", "6", "--pitch", "5", "--cycles", "3")
@@ -129,16 +128,6 @@ def test_a_file_that_is_no_plan_is_refused(tmp_path, capsys):
     other.write_text("{}", encoding="ascii")
     assert main(words(other, tmp_path / "a.ngc")) == 2
     assert "thermaxis-plan" in capsys.readouterr().err
-
-
-def test_the_title_of_a_plan_reaches_no_program_as_code(plan, tmp_path):
-    output = tmp_path / "a.ngc"
-    write_plan(replace(read_plan(plan), title="x) G0 Z-100"), plan)
-    for name in control_names():
-        assert main(["program", str(plan), "--control", name, "-o", str(output)]) == 0
-        text = output.read_text(encoding="ascii")
-        assert "x)" not in text.lower()
-        assert re.search(r"^[^(;]*Z-100", text, re.MULTILINE) is None
 
 
 TOUCH = {"--touch": "10", "--from": "15", "--search": "8", "--feed": "60", "--axis": "Z"}

@@ -115,15 +115,6 @@ def test_the_summary_says_what_the_columns_hold_and_how_to_load() -> None:
         assert said["linuxcnc_rounding"]["digit"] == "0.000001"
 
 
-def test_the_opposite_sign_doubles_the_error() -> None:
-    table = table_of(LEVELS, LEVELS.target, AxisKind.LINEAR)
-    text = written(table, "type=1")
-    flipped = "".join(f"{p:.6f} {-f:.6f} {-r:.6f}\n" for p, f, r in plain_rows(text).tolist())
-    wrong = CONTROL.read_table(flipped, "x", AxisKind.LINEAR, table_options("type=1"))
-    left = LEVELS.level + CONTROL.correction(wrong.table, LEVELS.target)
-    assert left == pytest.approx(2 * LEVELS.level, abs=1e-3)
-
-
 def test_256_points_are_written_and_read_and_257_are_refused() -> None:
     position = np.arange(257) * 1.0
     table = CompensationTable(

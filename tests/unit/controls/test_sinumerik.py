@@ -1,6 +1,5 @@
 """SINUMERIK: its programs by a small interpreter of our own, its tables by a reader of our own."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -187,16 +186,6 @@ def test_a_table_that_lags_behind_its_encoder_has_a_positive_backlash() -> None:
     assert levels.level + CONTROL.correction(read.table, levels.target) == pytest.approx(
         np.zeros((2, 2))
     )
-
-
-def test_the_opposite_sign_doubles_the_error() -> None:
-    text = written(replace(TABLE, backlash=None)).text
-    flipped = re.sub(r"(COMP\[.*\]=)(-?)", lambda m: m[1] + ("" if m[2] else "-"), text)
-    mean = np.mean(LEVELS.level, axis=1) - 2.0
-    for content, factor in ((text, 0.0), (flipped, 2.0)):
-        read = CONTROL.read_table(content, "x", AxisKind.LINEAR, table_options())
-        left = mean + CONTROL.correction(read.table, LEVELS.target)[:, 0]
-        assert left == pytest.approx(factor * mean, abs=1e-3)
 
 
 def test_the_machine_datum_of_the_largest_table_is_checked_when_it_is_stated() -> None:

@@ -303,15 +303,6 @@ def test_hostile_text_is_shown_and_not_obeyed(text: str) -> None:
     assert "accuracy" in pdf
 
 
-def test_a_hostile_title_stays_text_in_the_charts_too() -> None:
-    text = "".join(HOSTILE[:3])
-    header = {"title": text, "axis": text}
-    report = make_report(
-        make_run(3, 1, length=2750.0), header=header, source_name=text, adjacent_difference=None
-    )
-    assert_harmless(page_of(report))
-
-
 def test_the_page_needs_nothing_from_outside(small: PositioningReport, small_page: str) -> None:
     page = small_page
     assert_harmless(page)

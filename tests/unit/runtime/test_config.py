@@ -526,16 +526,6 @@ def test_a_database_that_forgets_or_tells_is_refused(tmp_path: Path) -> None:
         assert "hunter2" not in str(problem)
 
 
-def test_postgresql_gets_its_password_from_a_file(tmp_path: Path) -> None:
-    secret_file(tmp_path)
-    url = "postgresql+psycopg://a@plant.example/x?sslmode=verify-full"
-    path = machine_file(tmp_path, (SQLITE, f'url = "{url}"\npassword_file = "secret"'))
-    found = read_machine(path)
-    assert found.historian.url == url
-    assert found.historian.password.reveal() == "hunter2"
-    assert "hunter2" not in repr(found)
-
-
 def with_tables(folder: Path, text: str) -> Path:
     path = machine_file(folder)
     path.write_text(f"{TEXT}\n{text}\n", encoding="utf-8")

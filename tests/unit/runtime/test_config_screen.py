@@ -174,19 +174,6 @@ def test_what_cannot_be_is_said_with_its_place(tmp_path: Path) -> None:
         assert (place, code) in said(tmp_path, *tables), tables
 
 
-def test_a_secret_that_others_can_read_is_refused(tmp_path: Path) -> None:
-    tables = (USERS, "[screen]", FEED, 'certificate = "page.der"\nprivate_key = "page.pem"')
-    path = write(tmp_path, *tables)
-    assert isinstance(examine_machine(path), MachineConfiguration)
-    for name in ("own.pem", "page.pem", "secret"):
-        (tmp_path / name).chmod(0o640)
-        found = examine_machine(path)
-        assert not isinstance(found, MachineConfiguration)
-        assert [one.code for one in found] == ["error-file_open_to_others"], name
-        assert "hunter2" not in str(found)
-        (tmp_path / name).chmod(0o600)
-
-
 @pytest.mark.parametrize(
     ("screen", "server", "meets"),
     [

@@ -347,23 +347,6 @@ def test_settings_that_would_show_the_figures_to_everybody_are_refused() -> None
 
 
 @scene
-async def test_a_key_that_others_can_read_is_not_served_with(pair: Pair, tmp_path: Path) -> None:
-    key = tmp_path / "open.pem"
-    key.write_bytes(pair.key.read_bytes())
-    for mode in (0o640, 0o604, 0o620):
-        key.chmod(mode)
-        server = MetricsServer(settings(certificate=pair.pem, private_key=key), HandClock())
-        with pytest.raises(ConfigurationError) as caught:
-            await server.open()
-        assert caught.value.code == "file_open_to_others"
-        assert server.port == 0
-    key.chmod(0o600)
-    await server.open()
-    assert server.port > 0
-    await server.close()
-
-
-@scene
 async def test_a_port_or_a_certificate_that_cannot_be_used_is_said_in_words(pair: Pair) -> None:
     async with serving() as server:
         taken = MetricsServer(settings(port=server.port), HandClock())

@@ -117,33 +117,6 @@ def test_a_missing_key_is_said_after_the_one_that_is_misspelt(tmp_path: Path) ->
     assert "security" in str(error)
 
 
-def test_a_secret_that_others_can_read_or_a_file_that_is_missing_is_refused(pki: Path) -> None:
-    table = CLOSED | {"user": "u", "password_file": "password"}
-    for name in ("password", "own.pem"):
-        (pki / name).chmod(0o640)
-        with refused("file_open_to_others") as caught:
-            opened(table, pki)
-        assert caught.value.place.file == str(pki / name)
-        (pki / name).chmod(0o600)
-    for name in ("server.der", "own.pem", "own.der"):
-        (pki / name).unlink()
-        with pytest.raises(ConfigurationError, match=name):
-            opened(table, pki)
-
-
-def test_a_file_without_a_secret_is_refused_and_not_shown(pki: Path) -> None:
-    table = CLOSED | {"user": "u", "password_file": "password"}
-    wrong = "no_secret_in_file"
-    for content, code in (
-        *((b"", wrong), (b"\nsecond\n", wrong), (b"\xff\xfe", wrong), (b"a\x00b", wrong)),
-        (b"x" * 5000, "file_too_long"),
-    ):
-        (pki / "password").write_bytes(content)
-        with refused(code) as caught:
-            opened(table, pki)
-        assert caught.value.place.key == "connection.control.password_file"
-
-
 def test_what_is_no_toml_is_said_and_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
     path = tmp_path / "x.toml"
     with refused("file_not_found", Place(str(path))):

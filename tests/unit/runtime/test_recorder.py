@@ -380,18 +380,6 @@ def test_at_most_a_second_of_rows_is_not_in_the_file(tmp_path: Path) -> None:
     assert max(missing[3:]) <= 1.2
 
 
-def test_each_day_is_a_file_and_old_ones_are_deleted(tmp_path: Path) -> None:
-    few = settings(channel("T_a_C", 3_600_000), keep_days=4)
-    summary = Recording(few, tmp_path, datetime(2026, 11, 21, tzinfo=UTC)).run(12 * 86_400.0)
-    assert (summary.rows, len(summary.files)) == (12 * 24, 12)
-    left = sorted(p.name for p in tmp_path.glob("*.csv"))
-    assert left == [
-        f"lathe-{day}.csv"
-        for day in ("2026-11-28", "2026-11-29", "2026-11-30", "2026-12-01", "2026-12-02")
-    ]
-    assert sorted(p.name for p in (tmp_path / "sources").iterdir()) == left
-
-
 @given(
     st.lists(
         st.tuples(

@@ -291,33 +291,6 @@ async def test_a_server_with_another_certificate_is_told_no_password(
 
 
 @at_the_shop()
-async def test_a_guessed_name_is_refused_after_five_failures_even_with_the_right_password(
-    place: Shop,
-) -> None:
-    for i in range(FAILURES_BY_NAME):
-        assert await place.refused("novak", f"guess {i}", "10.0.0.1") == Refusal("login-refused")
-    place.clock.now_s += 12.5
-    refused = await place.refused("novak", PASSWORD, "10.0.0.1")
-    assert refused == Refusal("login-too_many", left_s=48)
-    await place.log_in("dvorak", PASSWORD, "10.0.0.1")
-    place.clock.now_s += REFUSED_S - 12.5 - 0.001
-    assert (await place.refused("novak", PASSWORD, "10.0.0.1")).left_s == 1
-    place.clock.now_s += 0.002
-    await place.log_in("novak", PASSWORD, "10.0.0.1")
-
-
-@at_the_shop()
-async def test_wrong_passwords_of_one_name_keep_no_other_name_of_the_same_address_out(
-    place: Shop,
-) -> None:
-    for i in range(FAILURES_BY_NAME + 3):
-        await place.refused("novak", f"guess {i}")
-    assert (await place.refused("novak")).key == "login-too_many"
-    for name in ("dvorak", "host", "svoboda"):
-        await place.log_in(name)
-
-
-@at_the_shop()
 async def test_a_log_in_of_its_own_gives_a_guesser_no_more_guesses(place: Shop) -> None:
     guesses = 0
     for i in range(20):
@@ -327,14 +300,6 @@ async def test_a_log_in_of_its_own_gives_a_guesser_no_more_guesses(place: Shop) 
             found = await place.refused("dvorak", f"guess {i}")
             guesses += found.key == "login-refused"
     assert guesses <= FAILURES_BY_NAME
-
-
-@at_the_shop()
-async def test_a_refusal_for_too_many_failures_does_not_ask_the_server(place: Shop) -> None:
-    for _ in range(FAILURES_BY_NAME):
-        await place.refused("<novak>")
-    await place.cable.cut()  # what reached for the server would say that it is not there
-    assert (await place.refused("<novak>")).key == "login-too_many"
 
 
 @at_the_shop()
