@@ -54,6 +54,13 @@ import numpy as np
 from identification_peers import BASELINES, PEERS
 from numpy.typing import NDArray
 
+from benchmarks.virtual_thermal_test import (
+    GeneratedThermalTest,
+    Heating,
+    Lags,
+    ThermalTestPlan,
+    generate_thermal_test,
+)
 from thermaxis.thermal import (
     Baseline,
     Experiment,
@@ -71,13 +78,6 @@ from thermaxis.thermal import (
 )
 from thermaxis.thermal.modal import Refinement, response_evidence
 from thermaxis.thermal.transfer_function import held
-from thermaxis.virtual import (
-    GeneratedThermalTest,
-    Heating,
-    Lags,
-    ThermalTestPlan,
-    generate_thermal_test,
-)
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -27,6 +27,7 @@ from identification import OTHER, fit_percent, plan_of
 from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from benchmarks.virtual_thermal_test import ThermalTestPlan, generate_thermal_test
 from tests.thermal_machines import KINDS, log as machine_log
 from thermaxis.codes import Message
 from thermaxis.files import read_thermal_log
@@ -47,7 +48,6 @@ from thermaxis.thermal import (
     with_one_clock,
     without_faults,
 )
-from thermaxis.virtual import ThermalTestPlan, generate_thermal_test
 
 FL_THERMAL = Path(__file__).resolve().parents[2] / (
     "shared/data/thermal/fl_thermal/fl_thermal_15s_rows_0_8891.csv"

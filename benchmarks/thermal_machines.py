@@ -50,6 +50,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from benchmarks.virtual_thermal_test import Heating, ThermalTestPlan, generate_thermal_test
 from tests.thermal_machines import KINDS, TRUE_TAU_S, Log, log, power
 from thermaxis.codes import Message
 from thermaxis.thermal import (
@@ -67,7 +68,6 @@ from thermaxis.thermal import (
     verify,
 )
 from thermaxis.thermal.modal import Refinement, next_test, response_evidence
-from thermaxis.virtual import Heating, ThermalTestPlan, generate_thermal_test
 
 Array = NDArray[np.float64]
 NAMES = ("spindle", "table")

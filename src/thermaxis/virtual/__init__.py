@@ -4,7 +4,6 @@ from lazy_loader import attach
 
 from thermaxis.virtual import axis, lathe
 
-_THERMAL = ["GeneratedThermalTest", "Heating", "Lags", "ThermalTestPlan", "generate_thermal_test"]
 __getattr__, __dir__, __all__ = attach(
-    __name__, submod_attrs={"_thermal_run": _THERMAL, "axis": dir(axis), "lathe": dir(lathe)}
+    __name__, submod_attrs={"axis": dir(axis), "lathe": dir(lathe)}
 )

@@ -6,12 +6,12 @@ import re
 import numpy as np
 import pytest
 
+from benchmarks.virtual_table import VirtualTable, generate_thermal_field
 from tests.unit.cli.refusals import code_of, refusal
 from thermaxis.cli import execute
 from thermaxis.files import format_field_csv, read_field_csv, read_positioning
 from thermaxis.positioning import evaluate_drift
 from thermaxis.thermal import correct_emissivity
-from thermaxis.virtual import VirtualTable, generate_thermal_field
 
 REGIONS = """
 [regions.motor]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from benchmarks.virtual_thermal_test import Heating, ThermalTestPlan, generate_thermal_test
 from tests.thermal_machines import log as machine_log
 from thermaxis.errors import DataError
 from thermaxis.thermal import (
@@ -19,7 +20,6 @@ from thermaxis.thermal import (
     with_one_clock,
     without_faults,
 )
-from thermaxis.virtual import Heating, ThermalTestPlan, generate_thermal_test
 
 pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
 

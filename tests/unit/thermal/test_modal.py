@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from benchmarks.virtual_thermal_test import ThermalTestPlan, generate_thermal_test
 from tests.refusals import refused
 from thermaxis.codes import Message, Place
 from thermaxis.thermal import (
@@ -18,7 +19,6 @@ from thermaxis.thermal import (
     simulate_modal,
 )
 from thermaxis.thermal.modal import response_evidence
-from thermaxis.virtual import ThermalTestPlan, generate_thermal_test
 
 NAMES = ("spindle", "table")
 TRUTH = ThermalModel(

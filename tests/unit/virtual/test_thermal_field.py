@@ -1,20 +1,18 @@
 """The virtual table obeys the heat equation, and its examples are written the same every time."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from thermaxis.errors import ConfigurationError
-from thermaxis.files import read_field_csv
-from thermaxis.virtual import (
+from benchmarks.virtual_table import (
+    EXAMPLE_NAMES,
     VirtualTable,
     generate_thermal_field,
     true_temperature_c,
     write_example_fields,
 )
-from thermaxis.virtual.axis._thermal_field import EXAMPLE_NAMES
+from thermaxis.files import read_field_csv
 
 SMALL = VirtualTable(rows=6, columns=9, pixel_mm=20.0)
 
@@ -98,18 +96,3 @@ def test_the_examples_show_the_truth_within_the_noise(root: Path):
     assert np.std(change - truth) == pytest.approx(0.05 * np.sqrt(2), rel=0.05)
     assert abs(np.mean(change - truth)) < 4 * 0.05 * np.sqrt(2 / change.size)
     assert before.remarks == after.remarks == ()
-
-
-def test_an_impossible_table_time_or_seed_is_an_error():
-    for changes in (
-        {"rows": 1},
-        {"pixel_mm": 0.0},
-        {"noise_k": -1.0},
-        {"source_from": 0.7, "source_to": 0.3},
-        {"source_from": 0.501, "source_to": 0.502},
-    ):
-        with pytest.raises(ConfigurationError):
-            replace(SMALL, **changes)
-    for time_s, seed in ((-1.0, 1), (float("nan"), 1), (0.0, -1)):
-        with pytest.raises(ConfigurationError):
-            generate_thermal_field(SMALL, time_s, seed=seed)

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.refusals import refused
+from benchmarks.virtual_thermal_test import Heating, ThermalTestPlan, generate_thermal_test
 from thermaxis.thermal import ModalPart, ThermalModel, simulate_modal
-from thermaxis.virtual import Heating, Lags, ThermalTestPlan, generate_thermal_test
 
 PLAN = ThermalTestPlan(hours=2.0, sample_time_s=10.0)
 
@@ -88,21 +87,3 @@ def test_a_rod_answers_faster_at_first_than_its_slowest_mode_alone():
     )
     early = slice(0, 1200)
     assert np.max(np.abs(rods.clean_um[early])) > np.max(np.abs(lags.clean_um[early]))
-
-
-def test_a_plan_that_cannot_be_is_refused():
-    for change, code in (
-        ({"hours": 0.0}, "not_positive"),
-        ({"sample_time_s": 1.5}, "not_whole_number"),
-        ({"drift_um": -1.0}, "negative"),
-        ({"missing_share": 1.0}, "outside_range"),
-    ):
-        with refused(code):
-            replace(PLAN, **change)
-
-
-def test_lags_that_are_not_whole_are_refused():
-    with refused("wrong_shape"):
-        Lags((1.0, 2.0), (3.0,))
-    with refused("not_positive"):
-        Lags((1.0,), (0.0,))

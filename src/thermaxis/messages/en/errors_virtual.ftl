@@ -2,7 +2,6 @@
 
 error-approaches_out_of_order = The approaches are not forward, backward, or both in this order.
 error-rotary_error_per_metre = A rotary axis has no error per metre.
-error-source_outside_edge = The heat source touches no pixel of the edge.
 error-scenario_without_stage = The scenario has no stage, or one without a duration.
 error-fault_channel_count = The fault has { $count } different channels; it acts on { $wanted }.
 error-fault_without_end = The fault would never end.

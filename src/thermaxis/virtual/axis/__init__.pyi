@@ -13,9 +13,3 @@ from ._positioning_run import (
     paper_x_axis as paper_x_axis,
     paper_y_axis as paper_y_axis,
 )
-from ._thermal_field import (
-    VirtualTable as VirtualTable,
-    generate_thermal_field as generate_thermal_field,
-    true_temperature_c as true_temperature_c,
-    write_example_fields as write_example_fields,
-)
