@@ -13,14 +13,15 @@ their sum, without steps of time. The camera adds normal noise and records hundr
     python -m benchmarks.virtual_table examples     the two images of the examples, the same bytes
 """
 
+import math
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
 import numpy as np
 
-from thermaxis.files import format_field_csv
 from thermaxis.thermal import FloatArray, ThermalField
 
 EXAMPLE_SEED = 8
@@ -133,6 +134,16 @@ def generate_thermal_field(table: VirtualTable, time_s: float, *, seed: int) -> 
         np.round(true_temperature_c(table, time_s) + noise, 2),
         name=f"virtual table after {time_s / 3600.0:g} h",
     )
+
+
+def format_field_csv(temperature_c: FloatArray, comments: Sequence[str] = ()) -> str:
+    """Return a thermal field as CSV text, hundredths of a degree; a missing pixel is empty."""
+    lines = [f"# {' '.join(comment.split())}" for comment in comments]
+    lines += [
+        ",".join("" if math.isnan(v) else f"{v + 0.0:.2f}" for v in row)
+        for row in np.round(temperature_c, 2).tolist()
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def write_example_fields(folder: Path) -> tuple[Path, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.polynomials import simulate_from_fitted_start
+from tests.simple_rules import simulate_baseline
 from thermaxis.thermal import (
     Baseline,
     Experiment,
@@ -19,7 +20,6 @@ from thermaxis.thermal import (
     fit_baseline,
     fit_percent,
     oe,
-    simulate_baseline,
     simulate_polynomial,
 )
 

@@ -1,5 +1,4 @@
 from .images import (
-    format_field_csv as format_field_csv,
     read_field_csv as read_field_csv,
     read_flir as read_flir,
 )

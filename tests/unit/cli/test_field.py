@@ -6,10 +6,10 @@ import re
 import numpy as np
 import pytest
 
-from benchmarks.virtual_table import VirtualTable, generate_thermal_field
+from benchmarks.virtual_table import VirtualTable, format_field_csv, generate_thermal_field
 from tests.unit.cli.refusals import code_of, refusal
 from thermaxis.cli import execute
-from thermaxis.files import format_field_csv, read_field_csv, read_positioning
+from thermaxis.files import read_field_csv, read_positioning
 from thermaxis.positioning import evaluate_drift
 from thermaxis.thermal import correct_emissivity
 

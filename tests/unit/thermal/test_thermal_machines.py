@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.simple_rules import simulate_baseline
 from tests.thermal_machines import KINDS, TRUE_TAU_S, log, machine
 from thermaxis.thermal import (
     Baseline,
@@ -14,7 +15,6 @@ from thermaxis.thermal import (
     modal,
     parse_input,
     records_of,
-    simulate_baseline,
     simulate_from_rest,
     with_one_clock,
 )

@@ -111,29 +111,6 @@ def test_the_time_constants_reach_from_minutes_to_half_a_day() -> None:
     assert sum(600.0 < tau < 3.0 * 3600.0 for tau in found) >= 4
 
 
-def test_the_heat_balance_closes_over_the_whole_verification() -> None:
-    """Heat in less heat out is heat stored, with gear changes, coolant and cooler switching."""
-    lathe = VirtualLathe("verification", 4)
-    capacity = PHYSICS.network(LatheDuty()).capacity_j_per_k
-    entered = left = 0.0
-    duties = set()
-    first = lathe.temperature_c
-    while lathe.time_s < 16.0 * 3600.0:
-        start, begin = lathe.temperature_c, lathe.time_s
-        network, heat, boundary = lathe._network, lathe._heat_w, lathe._boundary_c
-        seconds = lathe._segment_end_s - begin
-        duties.add(id(network))
-        flow = network.flow(start, heat, boundary, seconds)
-        entered += flow.entered_j
-        left += float(np.sum(flow.left_j))
-        lathe.step(seconds)
-        assert lathe.temperature_c == pytest.approx(flow.temperature_c, abs=1e-9)
-    stored = float(capacity @ (lathe.temperature_c - first))
-    assert len(duties) > 8
-    assert entered > 3e6
-    assert stored == pytest.approx(entered - left, abs=1e-6 * entered)
-
-
 def test_one_shift_of_the_spindle_warms_and_moves_as_much_as_in_the_paper() -> None:
     lathe = VirtualLathe("calibration-spindle", 1, STILL)
     lathe.step(900.0)

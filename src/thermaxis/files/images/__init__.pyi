@@ -1,5 +1,4 @@
 from .field_csv import (
-    format_field_csv as format_field_csv,
     read_field_csv as read_field_csv,
 )
 from .flir import is_jpeg as is_jpeg, read_flir as read_flir

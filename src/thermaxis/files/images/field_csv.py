@@ -1,8 +1,7 @@
 """Thermal fields as CSV: one line per row of pixels, degrees Celsius."""
 
 import codecs
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO, final
@@ -93,33 +92,6 @@ def read_field_csv(path: Path | str) -> ThermalField:
         remarks.append(remark("kelvin_suspected"))
     temperature_c.setflags(write=False)
     return ThermalField(temperature_c, name=Path(path).name, remarks=tuple(remarks))
-
-
-def format_field_csv(
-    temperature_c: FloatArray, *, decimals: int = 2, comments: Sequence[str] = ()
-) -> str:
-    """Return a thermal field as CSV text.
-
-    Parameters
-    ----------
-    temperature_c : FloatArray
-        Temperatures, (rows, columns); NaN where a pixel is missing. [°C]
-    decimals : int
-        Decimals of each temperature. Default: hundredths, below the noise of cameras. [1]
-    comments : sequence of str
-        Lines that stand above the matrix, each behind a #.
-
-    Returns
-    -------
-    str
-        Lines of cells separated by commas; a missing pixel is an empty cell.
-    """
-    lines = [f"# {' '.join(comment.split())}" for comment in comments]
-    lines += [
-        ",".join("" if math.isnan(v) else f"{v + 0.0:.{decimals}f}" for v in row)
-        for row in np.round(temperature_c, decimals).tolist()
-    ]
-    return "\n".join(lines) + "\n"
 
 
 def _encoding(path: Path | str, form: _Form) -> tuple[str, int]:

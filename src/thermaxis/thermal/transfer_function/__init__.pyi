@@ -8,7 +8,6 @@ from ._conversion import (
     ModalForm as ModalForm,
     OtherMode as OtherMode,
     equivalent_part as equivalent_part,
-    left_after as left_after,
     modal_form as modal_form,
     modal_part as modal_part,
     thermal_model_of as thermal_model_of,

@@ -52,10 +52,6 @@ class OtherMode:
         """What the mode contributes to the DC gain. [µm/K]"""
         return (2.0 if self.pair else 1.0) * self.gain.real
 
-    def left_after(self, rows: int) -> float:
-        """Return how far the mode is from its end some rows after a unit step. [µm/K]"""
-        return -(2.0 if self.pair else 1.0) * (self.gain * self.pole**rows).real
-
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -208,9 +204,8 @@ def _at_distances(coefficients: FloatArray, distances: ComplexArray) -> ComplexA
 def modal_part(form: ModalForm, input_name: str) -> ModalPart:
     """Return direct gain and lags of a modal form.
 
-    A mode that is no lag is gone within a few rows and goes into the direct gain (`left_after` says
-    how far that is off), or lags side by side cannot carry it: a DataError with the code
-    ``pole_unstable`` or ``mode_no_lag``.
+    A mode that is no lag is gone within a few rows and goes into the direct gain, or lags side by
+    side cannot carry it: a DataError with the code ``pole_unstable`` or ``mode_no_lag``.
     """
     place = Place(channel=input_name)
     if not form.stable:
@@ -232,15 +227,6 @@ def modal_part(form: ModalForm, input_name: str) -> ModalPart:
         time_constants_s=form.time_constants_s,
         delay_s=form.delay_rows * form.sample_time_s,
     )
-
-
-def left_after(form: ModalForm, rows: int) -> float:
-    """Return how far the equivalent of `modal_part` is off some rows after a unit step. [µm/K]
-
-    The step arrives at row 0; the result is the response of the transfer function minus that of the
-    equivalent.
-    """
-    return sum(mode.left_after(rows) for mode in form.other_modes) - fsum(form.late_gains[rows:])
 
 
 def equivalent_part(

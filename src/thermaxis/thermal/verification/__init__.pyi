@@ -3,7 +3,6 @@ from ._baselines import (
     Baseline as Baseline,
     BaselineModel as BaselineModel,
     fit_baseline as fit_baseline,
-    simulate_baseline as simulate_baseline,
 )
 from ._free_run import (
     SimulatedLog as SimulatedLog,

@@ -9,7 +9,7 @@ import numpy as np
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._arrays import FloatArray, frozen_array, require_sample_time, rows_of_inputs
+from thermaxis.thermal._arrays import FloatArray, frozen_array
 from thermaxis.thermal.log import Experiment, common_shape
 from thermaxis.thermal.transfer_function import (
     held,
@@ -150,37 +150,3 @@ def _solved(
     if not offset:
         return 0.0, gains
     return float(factor[0, -1] - factor[0, 1:-1] @ gains) / float(factor[0, 0]), gains
-
-
-def simulate_baseline(model: BaselineModel, u: FloatArray, sample_time_s: float) -> FloatArray:
-    """Return the displacement that a simple model gives in free run.
-
-    Parameters
-    ----------
-    u : FloatArray
-        Inputs relative to the same references, (n, k); a missing one is held. [K]
-    sample_time_s : float
-        Time between rows. [s]
-
-    Returns
-    -------
-    FloatArray
-        Displacement at every row, (n,); averages start in the steady state of the first row. [µm]
-
-    Raises
-    ------
-    DataError
-        If the inputs do not fit the model, one was never measured, or the sample time is not
-        positive.
-    """
-    values = rows_of_inputs(u, model.gains_um_per_k.shape[0])
-    require_sample_time(sample_time_s)
-    y = np.full(values.shape[0], model.offset_um)
-    if model.baseline is Baseline.PERSISTENCE:
-        return y
-    if bool(np.any(np.all(np.isnan(values), axis=0))):
-        raise DataError("never_measured", place=Place(key="u"))
-    columns = _columns(values, sample_time_s, model.lags_s)
-    for column, gain in zip(columns, model.gains_um_per_k.ravel(), strict=True):
-        y += column * gain
-    return y

@@ -23,21 +23,6 @@ _SMALL = 1e-3
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class HeatFlow:
-    """What a network did in some time."""
-
-    temperature_c: FloatArray
-    """Temperatures at the end, (n,). [°C]"""
-    stored_j: float
-    """Heat that the network has more than before. [J]"""
-    entered_j: float
-    """Heat that its sources gave. [J]"""
-    left_j: FloatArray
-    """Heat that left to each boundary, (m,); negative where it came in. [J]"""
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
 class ThermalNetwork:
     """Lumped heat capacities with conductances between them and to boundaries."""
 
@@ -85,24 +70,6 @@ class ThermalNetwork:
         x = self.rate_per_s * time_s
         return np.asarray(self._outof @ (z * np.exp(-x) + force * time_s * _first(x)))
 
-    def flow(
-        self, start_c: FloatArray, heat_w: FloatArray, boundary_c: FloatArray, time_s: float
-    ) -> HeatFlow:
-        """Return the same with the heat that went where, each by its own integral over the time."""
-        z = self._modes.T @ (self._root * start_c)
-        force = self._into @ (heat_w + self.boundary_w_per_k @ boundary_c)
-        x = self.rate_per_s * time_s
-        integral = self._outof @ (z * time_s * _first(x) + force * time_s**2 * _second(x))
-        end_c = self.after(start_c, heat_w, boundary_c, time_s)
-        inside = self.boundary_w_per_k.T @ integral
-        left = inside - self.boundary_w_per_k.sum(axis=0) * boundary_c * time_s
-        return HeatFlow(
-            temperature_c=end_c,
-            stored_j=float(self.capacity_j_per_k @ (end_c - start_c)),
-            entered_j=float(np.sum(heat_w)) * time_s,
-            left_j=left,
-        )
-
     def steady(self, heat_w: FloatArray, boundary_c: FloatArray) -> FloatArray:
         """Return the temperatures that constant heat and boundaries lead to."""
         force = self._into @ (heat_w + self.boundary_w_per_k @ boundary_c)
@@ -143,10 +110,3 @@ def _first(x: FloatArray) -> FloatArray:
     series = 1.0 - x / 2.0 + x**2 / 6.0 - x**3 / 24.0
     safe = np.where(x < _SMALL, 1.0, x)
     return np.where(x < _SMALL, series, -np.expm1(-safe) / safe)
-
-
-def _second(x: FloatArray) -> FloatArray:
-    """Return (x - 1 + exp(-x)) / x²."""
-    series = 0.5 - x / 6.0 + x**2 / 24.0 - x**3 / 120.0
-    safe = np.where(x < _SMALL, 1.0, x)
-    return np.where(x < _SMALL, series, (safe + np.expm1(-safe)) / safe**2)
