@@ -204,12 +204,7 @@ class Control(ABC):
 
     @abstractmethod
     def format_program(self, request: ProgramRequest) -> str:
-        """Return the NC program of a plan.
-
-        Returns
-        -------
-        str
-            The program, lines ended by ``newline``.
+        """Return the NC program of a plan, lines ended by ``newline``.
 
         Raises
         ------
@@ -229,24 +224,11 @@ class Control(ABC):
 
     @abstractmethod
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
-        """Return what the control asks of the points of a table.
-
-        Parameters
-        ----------
-        kind : AxisKind
-            Linear or rotary.
-        options : mapping
-            The control's options.
-        """
+        """Return what the control asks of the points of a table."""
 
     @abstractmethod
     def format_table(self, request: TableRequest) -> TableText:
-        """Return a table as the control's file.
-
-        Returns
-        -------
-        TableText
-            The file's content and what its user must know.
+        """Return a table as the control's file, with what its user must know.
 
         Raises
         ------
@@ -258,16 +240,7 @@ class Control(ABC):
     def read_table(
         self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
     ) -> ReadTable:
-        """Read a table as the control would.
-
-        Parameters
-        ----------
-        path : str
-            Its name, for errors.
-        kind : AxisKind
-            Linear or rotary: the unit of positions and values.
-        options : mapping
-            The control's options.
+        """Read a table as the control would; `path` is its name, for errors.
 
         Raises
         ------
@@ -279,33 +252,16 @@ class Control(ABC):
     def own_options(self, options: Mapping[str, str]) -> Mapping[str, str]:
         """Return the options with which a file that this program has just written is read back.
 
-        Parameters
-        ----------
-        options : mapping
-            The control's options, with which an older file was read and the new one written.
-
-        Returns
-        -------
-        mapping
-            The same; a control leaves out what speaks of the older file only.
+        They are those with which an older file was read and the new one written; a control leaves
+        out what speaks of the older file only.
         """
         return options
 
     def correction(self, table: "CompensationTable", position: "FloatArray") -> "FloatArray":
         """Return what the control adds at the positions: its interpolation, simulated.
 
-        Parameters
-        ----------
-        table : CompensationTable
-            The table as `read_table` returns it.
-        position : FloatArray
-            Nominal positions, (p,). [mm or deg]
-
-        Returns
-        -------
-        FloatArray
-            Correction per direction, (p, 2): minus the deviation, linear between points, end
-            values held. [µm or arcsec]
+        For (p,) positions [mm or deg] a correction per direction, (p, 2): minus the deviation,
+        linear between points, end values held. [µm or arcsec]
         """
         return -table.deviation_at(position)
 
@@ -437,18 +393,7 @@ def plain_number(value: float, decimals: int) -> str:
 
 
 def check_size(content: str | bytes, path: str) -> None:
-    """Refuse a file that is too large for a table, before it is taken apart.
-
-    Parameters
-    ----------
-    path : str
-        Its name, for errors.
-
-    Raises
-    ------
-    MeasurementFileError
-        If it is larger than `LARGEST_TABLE_BYTES`.
-    """
+    """Refuse a file above `LARGEST_TABLE_BYTES` before it is taken apart; errors name its path."""
     if len(content) > LARGEST_TABLE_BYTES:
         raise MeasurementFileError(
             "file_too_large",

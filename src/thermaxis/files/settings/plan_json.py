@@ -70,13 +70,7 @@ def _keys(kind: AxisKind) -> dict[str, str]:
 
 
 def plan_as_json(plan: TestPlan) -> dict[str, object]:
-    """Return a plan with the keys of the format, its hash as the last one.
-
-    Returns
-    -------
-    dict
-        Texts, numbers, lists and None.
-    """
+    """Return a plan with the keys of the format, its hash as the last one."""
     content = _content(plan)
     return {**content, "sha256": content_sha256(content)}
 
@@ -124,39 +118,14 @@ def format_plan(plan: TestPlan) -> str:
 
 
 def write_plan(plan: TestPlan, path: Path | str) -> None:
-    """Write a plan.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file; it is replaced if it exists.
-
-    Raises
-    ------
-    ConfigurationError
-        If it cannot be written.
-    """
+    """Write a plan, as `write_model` writes a model."""
     write_document(format_plan(plan), path)
 
 
 def read_plan(path: Path | str) -> TestPlan:
-    """Read a plan.
+    """Read a plan, at most 1 MB; as `read_model` reads a model, and with the same errors.
 
-    Parameters
-    ----------
-    path : Path or str
-        The file, JSON in UTF-8, at most 1 MB.
-
-    Returns
-    -------
-    TestPlan
-        The plan. Read, written and read again it is the same, and so is its hash.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be read, is too large, is not JSON or no plan, has another version, an
-        unknown, missing or repeated key, a value that cannot be, or a hash that does not fit.
+    Read, written and read again it is the same, and so is its hash.
     """
     return read_document(path, _FORM, _plan, plan_sha256)
 

@@ -59,24 +59,12 @@ class _Scale(NamedTuple):
 def write_field_figures(
     result: ThermalFieldsResult, folder: Path, *, mm_per_pixel: float | None = None
 ) -> tuple[Path, ...]:
-    """Write the charts of thermal fields as PNG and SVG, and the numbers behind them as CSV.
+    """Write the charts of thermal fields, and the numbers behind them, as `write_figures` does.
 
     Parameters
     ----------
-    folder : Path
-        Where the files go; it is made if it does not exist.
     mm_per_pixel : float, optional
         Scale of the images. Default: axes count pixels. [mm]
-
-    Returns
-    -------
-    tuple of Path
-        The files. The same images give the same bytes.
-
-    Raises
-    ------
-    ConfigurationError
-        If the folder or a file cannot be written.
 
     References
     ----------

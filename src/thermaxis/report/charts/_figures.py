@@ -148,17 +148,7 @@ def write_figures(
 def write_montecarlo_figures(result: DifferenceMonteCarlo, folder: Path) -> tuple[Path, ...]:
     """Write the distributions of the Monte Carlo as PNG and SVG, and their counts as CSV.
 
-    Parameters
-    ----------
-    result : DifferenceMonteCarlo
-        Outcome of the experiments.
-    folder : Path
-        Where the files go; it is made if it does not exist.
-
-    Raises
-    ------
-    ConfigurationError
-        If the folder or a file cannot be written.
+    Folder, result and errors are those of `write_figures`.
 
     References
     ----------

@@ -137,29 +137,13 @@ def write_identification_figures(
 
 
 def write_comparison_report(models: Sequence[ComparedModel], *paths: Path) -> None:
-    """Write the report of models on one log as PDF or HTML, as the suffix of each file says.
-
-    A file that exists is replaced.
-
-    Raises
-    ------
-    ConfigurationError
-        If the suffix is none of ``.pdf``, ``.html`` and ``.htm``, or the file cannot be written.
-    """
+    """Write the report of models on one log, as `write_identification_report` does."""
     _check_suffixes(paths)
     _write(comparison_document(models), paths)
 
 
 def write_comparison_figures(models: Sequence[ComparedModel], folder: Path) -> tuple[Path, ...]:
-    """Write one chart per measured output, of all models, as PNG and SVG with its numbers as CSV.
-
-    The folder is made if it does not exist, and the same results give the same bytes.
-
-    Raises
-    ------
-    ConfigurationError
-        If the folder or a file cannot be written.
-    """
+    """Write a chart of all models per output, as `write_identification_figures` writes its own."""
     return write_charts(comparison_charts(models), folder)
 
 

@@ -35,23 +35,7 @@ _APART = 0.006
 
 
 def write_trend_figures(trend: Trend, folder: Path) -> tuple[Path, ...]:
-    """Write the chart of a trend as PNG and SVG, and its numbers as CSV.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the files go; it is made if it does not exist.
-
-    Returns
-    -------
-    tuple of Path
-        The files. The same trend gives the same bytes.
-
-    Raises
-    ------
-    ConfigurationError
-        If the folder or a file cannot be written.
-    """
+    """Write the chart of a trend and its numbers, as `write_figures` writes those of a run."""
     make_folder(folder)
     numbers = {"": trend_table(trend)}
     return tuple(write_chart(folder, "trend", partial(draw_trend, trend), numbers))

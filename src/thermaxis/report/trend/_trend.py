@@ -25,9 +25,7 @@ from thermaxis.positioning import (
     figures_by_key,
 )
 from thermaxis.report._output import NumberTable
-
-Progress: TypeAlias = Callable[[str, int, int], None]
-"""Called with the name of a step, the steps done and the number of steps."""
+from thermaxis.report._progress import Progress
 
 MAIN_FIGURES = ("B", "E", "R", "A")
 """Figures that tables and charts show; all others are in the CSV and the JSON."""
