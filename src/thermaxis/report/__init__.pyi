@@ -41,6 +41,8 @@ from .thermal import (
     write_comparison_report as write_comparison_report,
     write_identification_figures as write_identification_figures,
     write_identification_report as write_identification_report,
+    write_thermal_test_figures as write_thermal_test_figures,
+    write_thermal_test_report as write_thermal_test_report,
     write_verification_figures as write_verification_figures,
     write_verification_report as write_verification_report,
 )

@@ -2,12 +2,29 @@
 
 import datetime as dt
 from collections.abc import Mapping
+from typing import Protocol
 
 from thermaxis.files.settings import duration_of, moment_of
-from thermaxis.positioning import PositioningTest
+from thermaxis.positioning import StartEnd
 
 ZONE_NOT_STATED = "(zone not stated)"
 """Printed behind a time whose place on the globe nobody stated."""
+
+
+class ReadHead(Protocol):
+    """What a measured file states of the head of a certificate: texts, environment, times."""
+
+    @property
+    def header(self) -> Mapping[str, str]: ...
+
+    @property
+    def environment(self) -> Mapping[str, StartEnd]: ...
+
+    @property
+    def start(self) -> dt.datetime | None: ...
+
+    @property
+    def end(self) -> dt.datetime | None: ...
 
 
 def moment_words(moment: dt.datetime) -> str:
@@ -24,15 +41,13 @@ def same_moment(first: dt.datetime, second: dt.datetime) -> bool:
     return first.replace(tzinfo=None) == second.replace(tzinfo=None)
 
 
-def in_file(test: PositioningTest, which: str) -> dt.datetime | None:
+def in_file(test: ReadHead, which: str) -> dt.datetime | None:
     """Return start or end as the measured file has it."""
     known = test.start if which == "start" else test.end
     return known if known is not None else moment_of(test.header.get(which, ""))
 
 
-def prevailing_moment(
-    test: PositioningTest, header: Mapping[str, str], which: str
-) -> dt.datetime | None:
+def prevailing_moment(test: ReadHead, header: Mapping[str, str], which: str) -> dt.datetime | None:
     """Return start or end as the head states it, else as the measured file has it."""
     return moment_of(header.get(which, "")) or in_file(test, which)
 

@@ -5,19 +5,19 @@ what is no measurement is masked, a displacement that was re-zeroed is joined, a
 """
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from thermaxis import __version__, files, thermal
-from thermaxis.cli._arguments import add_json, adder
+from thermaxis import __version__, files, report, thermal
+from thermaxis.cli._arguments import add_figures, add_json, add_report, adder, day
 from thermaxis.cli._json import show
-from thermaxis.cli._outputs import check_outputs
+from thermaxis.cli._outputs import REPORT_SUFFIXES, check_outputs
+from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import (
     ReadLog,
     add_log_options,
     read_logs,
     reading_codes,
-    remarks_of,
 )
 from thermaxis.codes import Message, printable
 from thermaxis.report import CompensationCase, ThermalTestReport
@@ -46,16 +46,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--model MODEL", "what this model would have left in free run stands beside (JSON)", Path)
     add("--in-force LOG", "the same test with compensation in force stands beside", Path)
     add_json(evaluate)
+    add_report(evaluate, "certificate", ".pdf, .html or .xml (Digital Calibration Certificate)")
+    add_figures(evaluate)
+    add("--header FILE", "fields of the certificate's head, TOML (default: none, a draft)", Path)
+    add("--date YYYY-MM-DD", "date of issue of the certificate (default: that of --header)", day)
     add_log_options(evaluate)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Evaluate, show and write."""
     inputs = [arguments.log, arguments.setup, arguments.model, arguments.in_force]
-    check_outputs([("--json", arguments.json)], [*inputs, arguments.mapping])
-    report, logs = _evaluated(arguments)
-    remarks = [*remarks_of(logs, assumed=True), *remarks_of(logs)]
-    show([*describe_thermal_test(report, remarks), reading_codes(logs)], arguments.json)
+    check_outputs(
+        [("--json", arguments.json), *(("--report", path) for path in arguments.report)],
+        [*inputs, arguments.header, arguments.mapping],
+        charts=arguments.figures,
+        report_suffixes=(*REPORT_SUFFIXES, ".xml"),
+    )
+    written = [*arguments.report]
+    with Progress() as progress:
+        progress("reading and evaluating", 0, 0)
+        evaluated, logs = _evaluated(arguments)
+        progress("pages and charts", 0, 0)
+        if written:
+            report.write_thermal_test_report(evaluated, *written)
+        if arguments.figures is not None:
+            report.write_thermal_test_figures(evaluated, arguments.figures)
+            written.append(arguments.figures)
+    show([*describe_thermal_test(evaluated), reading_codes(logs)], arguments.json, written)
     return 0
 
 
@@ -80,22 +97,33 @@ def _evaluated(
     if arguments.in_force is not None:
         logs.append(_read(arguments, arguments.in_force).log)
         tests[CompensationCase.IN_FORCE] = thermal.evaluate_thermal_test(logs[-1], kind, setup)
-    report = ThermalTestReport(
+    header: Mapping[str, str] = (
+        {} if arguments.header is None else files.read_header(arguments.header)
+    )
+    evaluated = ThermalTestReport(
         cases=tests,
+        log=measured.log,
         setup=setup,
         model_sha256=sha256,
-        warnings=(*_alike(tests), *warnings),
+        header=header,
+        date=arguments.date,
+        warnings=_alike(logs, tests, warnings),
         source_name=printable(arguments.log.name, _LONGEST_SOURCE_NAME),
         source_sha256=measured.training.sha256,
         version=__version__,
     )
-    return report, logs
+    return evaluated, logs
 
 
-def _alike(tests: Mapping[CompensationCase, ThermalTest]) -> list[Message]:
-    """Return what is told of any case, once."""
-    told = [warning for test in tests.values() for warning in test.warnings]
-    return list({(one.code, *one.values.items()): one for one in told}.values())
+def _alike(
+    logs: Sequence[thermal.ThermalLog],
+    tests: Mapping[CompensationCase, ThermalTest],
+    more: list[Message],
+) -> tuple[Message, ...]:
+    """Return what is told of reading and of any case, once."""
+    told = [remark for log in logs for remark in log.remarks]
+    told += [*(warning for test in tests.values() for warning in test.warnings), *more]
+    return tuple({(one.code, str(one.values)): one for one in told}.values())
 
 
 def _read(arguments: argparse.Namespace, path: Path) -> ReadLog:

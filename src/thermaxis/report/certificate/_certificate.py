@@ -14,6 +14,7 @@ from thermaxis.positioning import (
     is_single_run_axis,
 )
 from thermaxis.positioning.standard import RUNS_PER_DIRECTION
+from thermaxis.report._certified_report import CertifiedReport
 from thermaxis.report._document import (
     Block,
     Document,
@@ -55,6 +56,7 @@ from thermaxis.report.certificate._header import (
 from thermaxis.report.certificate._number_tables import budget_section, figures_block
 from thermaxis.report.certificate._showable import unshowable
 from thermaxis.report.charts import charts_of, runs_of_targets
+from thermaxis.report.tables import options_in_words, results_sha256
 
 _CAPTIONS = {
     "iso230_2": "Means, bands of ±2s, single runs, and the extents of the figures.",
@@ -132,7 +134,7 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
         *diagnosis_section(report),
         *_other_section(report),
         *_warning_section(report),
-        condition_section(report),
+        condition_section(report, results_sha256(report), options_in_words(report) or "defaults"),
         *budget_section(report),
         *(
             replace(annex, heading=f"Annex {letter}: {annex.heading}")
@@ -159,13 +161,13 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
             figures_block(report),
             *([pictures["iso230_2"]] if "iso230_2" in pictures else []),
             Paragraph(" ".join(statements(report))),
-            _signature(report),
+            signature(report),
         ),
         sections=tuple(sections),
     )
 
 
-def _signature(report: PositioningReport) -> Signature:
+def signature(report: CertifiedReport) -> Signature:
     parts = [prevailing(report, key) for key in ("authorised_by", "authorised_as")]
     name = ", ".join(part for part in parts if part)
     return Signature(("Place and date", f"Authorised by {name}" if name else "Name and signature"))

@@ -7,6 +7,7 @@ from pathlib import Path
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import format_tidy_csv
+from thermaxis.report._certified_report import CertifiedReport
 from thermaxis.report._document import Document
 from thermaxis.report._output import write_bytes
 from thermaxis.report._positioning_report import PositioningReport
@@ -31,7 +32,7 @@ def certificate_document(
 
 
 def certificate_pdf(
-    report: PositioningReport, document: Document, *, attachments: bool = True
+    report: CertifiedReport, document: Document, *, attachments: bool = True
 ) -> bytes:
     """Return a certificate as PDF/A-3b, or as plain PDF where no date is known.
 
@@ -41,7 +42,7 @@ def certificate_pdf(
     return document_pdf(document, report.document_date, files)
 
 
-def _attachments(report: PositioningReport) -> tuple[Attachment, ...]:
+def _attachments(report: CertifiedReport) -> tuple[Attachment, ...]:
     """Return what a program needs of the certificate: what was read, and what came out."""
     results = results_json(report).decode("ascii")
     dcc = dcc_xml(report, statements=statements(report)).decode("utf-8")
@@ -49,13 +50,15 @@ def _attachments(report: PositioningReport) -> tuple[Attachment, ...]:
         Attachment("results.json", results, "application/json", "All results", "data"),
         Attachment("dcc.xml", dcc, "application/xml", "Digital Calibration Certificate", "data"),
     ]
+    if not isinstance(report, PositioningReport):
+        return tuple(files)
     with suppress(DataError):  # targets so near each other that no file can tell them apart
         readings = format_tidy_csv(report.test)
         files.append(Attachment("readings.csv", readings, "text/csv", "All readings", "source"))
     return tuple(files)
 
 
-def certificate_dcc(report: PositioningReport, document: Document) -> bytes:
+def certificate_dcc(report: CertifiedReport, document: Document) -> bytes:
     """Return the Digital Calibration Certificate, which carries the PDF without attachments."""
     pdf = certificate_pdf(report, document, attachments=False)
     return dcc_xml(report, statements=statements(report), document=pdf)
@@ -77,17 +80,22 @@ def write_report(report: PositioningReport, *paths: Path, progress: Progress | N
     ConfigurationError
         If a suffix is another one, or a file cannot be written.
     """
+    write_certificate(report, lambda: certificate_document(report, progress=progress), *paths)
+
+
+def write_certificate(report: CertifiedReport, make: Callable[[], Document], *paths: Path) -> None:
+    """Write any certificate in the formats that the files' suffixes name, as `write_report`."""
     for path in paths:
         if path.suffix.lower() not in _FORMATS:
             raise ConfigurationError(
                 "report_suffix", place=Place(file=str(path)), suffix=path.suffix
             )
-    document = certificate_document(report, progress=progress)
+    document = make()
     for path in paths:
         write_bytes(path, _FORMATS[path.suffix.lower()](report, document))
 
 
-_FORMATS: dict[str, Callable[[PositioningReport, Document], bytes]] = {
+_FORMATS: dict[str, Callable[[CertifiedReport, Document], bytes]] = {
     ".pdf": certificate_pdf,
     ".html": lambda _, document: render_html(document).encode("utf-8"),
     ".htm": lambda _, document: render_html(document).encode("utf-8"),

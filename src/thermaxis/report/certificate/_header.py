@@ -13,6 +13,7 @@ from thermaxis.files.settings import (
     number_of,
 )
 from thermaxis.positioning import PositioningTest, StartEnd
+from thermaxis.report._certified_report import CertifiedReport
 from thermaxis.report._document import Block, Fields, Section
 from thermaxis.report._moments import (
     ZONE_NOT_STATED,
@@ -26,7 +27,6 @@ from thermaxis.report._names import CYCLE_NAMES
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._text import as_given, plain_text
 from thermaxis.report.charts import runs_of_targets
-from thermaxis.report.tables import options_in_words, results_sha256
 
 _MOST_OTHER_LINES = 40
 _ON_THE_FIRST_PAGE = ("certificate", "laboratory")
@@ -69,15 +69,15 @@ def _text(header: Mapping[str, str], key: str) -> str:
     return plain_text(header.get(key, ""), limit)
 
 
-def _typed(report: PositioningReport, key: str) -> str:
+def _typed(report: CertifiedReport, key: str) -> str:
     """Return what was stated about a field beside the measured file; empty if nothing."""
     text = _text(report.header, key)
-    return "" if text == _text(report.test.header, key) else text
+    return "" if text == _text(report.read_head.header, key) else text
 
 
-def _measured(report: PositioningReport, field: HeaderField) -> str:
+def _measured(report: CertifiedReport, field: HeaderField) -> str:
     """Return what the measured file says about a field, as it is printed; empty if nothing."""
-    test = report.test
+    test = report.read_head
     if field.key in _MOMENTS and (moment := in_file(test, field.key)) is not None:
         return moment_words(moment)
     if text := _text(test.header, field.key):
@@ -91,17 +91,17 @@ def _measured(report: PositioningReport, field: HeaderField) -> str:
     return ""
 
 
-def _same_number(report: PositioningReport, field: HeaderField, measured: str) -> bool:
+def _same_number(report: CertifiedReport, field: HeaderField, measured: str) -> bool:
     """Return whether a typed number is the one of the measured file, there perhaps twice."""
     typed = number_of(_typed(report, field.key))
-    both = report.test.environment.get(field.key)
-    if both is not None and field.key not in report.test.header:
+    both = report.read_head.environment.get(field.key)
+    if both is not None and field.key not in report.read_head.header:
         return typed is not None and {both.start, both.end} - {None} == {typed}
     return typed is not None and typed == number_of(measured.removesuffix(field.unit))
 
 
-def _same_moment(report: PositioningReport, key: str) -> bool:
-    typed, measured = moment_of(_typed(report, key)), in_file(report.test, key)
+def _same_moment(report: CertifiedReport, key: str) -> bool:
+    typed, measured = moment_of(_typed(report, key)), in_file(report.read_head, key)
     return typed is not None and measured is not None and same_moment(typed, measured)
 
 
@@ -112,7 +112,7 @@ def _both(typed: str, measured: str) -> str:
     return typed or measured
 
 
-def prevailing(report: PositioningReport, key: str) -> str:
+def prevailing(report: CertifiedReport, key: str) -> str:
     """Return the value of a field without its remarks; empty if it is not stated."""
     field = HEADER_FIELDS[key]
     typed = _typed(report, key)
@@ -121,7 +121,7 @@ def prevailing(report: PositioningReport, key: str) -> str:
     return _with_unit(typed, field.unit) or _measured(report, field)
 
 
-def stated(report: PositioningReport, key: str) -> str:
+def stated(report: CertifiedReport, key: str) -> str:
     """Return the value of a field as it is printed; empty if nobody stated it."""
     field = HEADER_FIELDS[key]
     shown, measured = prevailing(report, key), _measured(report, field)
@@ -132,9 +132,9 @@ def stated(report: PositioningReport, key: str) -> str:
     return shown if _same_number(report, field, measured) else _both(shown, measured)
 
 
-def _duration(report: PositioningReport) -> str:
+def _duration(report: CertifiedReport) -> str:
     """Return the time between the start and the end that are printed."""
-    test, header = report.test, report.header
+    test, header = report.read_head, report.header
     measured = duration_words(in_file(test, "start"), in_file(test, "end"))
     typed = duration_words(
         prevailing_moment(test, header, "start"), prevailing_moment(test, header, "end")
@@ -142,15 +142,17 @@ def _duration(report: PositioningReport) -> str:
     return _both(typed, measured)
 
 
-def _days(report: PositioningReport) -> str:
+def _days(report: CertifiedReport) -> str:
     """Return the days of the measurement."""
     if report.performed is None:
         return ""
     return " to ".join(dict.fromkeys(day.isoformat() for day in report.performed))
 
 
-def _known_by_the_run(report: PositioningReport, group: str) -> list[tuple[str, str]]:
+def _known_by_the_run(report: CertifiedReport, group: str) -> list[tuple[str, str]]:
     """Return fields of a group that nobody states, as the run or the program knows them."""
+    if not isinstance(report, PositioningReport):
+        return [("Duration", _duration(report))] if group == "time" else []
     test = report.test
     if group == "procedure":
         unit = test.kind.units.position
@@ -176,9 +178,9 @@ def _time_source(test: PositioningTest) -> str:
     }[str(test.time_source)]
 
 
-def _groups(report: PositioningReport) -> list[Block]:
+def _groups(report: CertifiedReport) -> list[Block]:
     """Return what was stated or is known, group by group; the rest is left out."""
-    kind = report.test.kind
+    kind = report.test.kind if isinstance(report, PositioningReport) else None
     groups = {
         group.title: [
             *(
@@ -195,28 +197,28 @@ def _groups(report: PositioningReport) -> list[Block]:
     return [Fields(title, rows) for title, rows in shown.items() if rows]
 
 
-def _traceability(report: PositioningReport) -> Fields:
+def _traceability(report: CertifiedReport, sha256: str, options: str) -> Fields:
     return Fields(
         "Data and program",
         (
             ("Measurement file", plain_text(report.source_name, 200) or "?"),
             ("SHA-256 of the measurement file", report.source_sha256),
-            ("SHA-256 of the results (results.json)", results_sha256(report)),
+            ("SHA-256 of the results (results.json)", sha256),
             ("Software", f"thermaxis {report.version}"),
-            ("Options of reading and evaluation", options_in_words(report) or "defaults"),
+            *([("Options of reading and evaluation", options)] if options else []),
         ),
         code=True,
     )
 
 
-def _other_lines(report: PositioningReport) -> list[Block]:
+def _other_lines(report: CertifiedReport) -> list[Block]:
     """Return header lines and environment values that no field of the certificate takes."""
     shown_elsewhere = {field.in_file for field in HEADER_FIELDS.values()}
     texts = {
         key: plain_text(value, 300)
         for key, value in report.header.items()
         if key not in shown_elsewhere
-    } | {key: _start_end(value, "") for key, value in report.test.environment.items()}
+    } | {key: _start_end(value, "") for key, value in report.read_head.environment.items()}
     lines = [
         (plain_text(key, 60).replace("_", " ") or "?", text)
         for key, text in texts.items()
@@ -230,7 +232,7 @@ def _other_lines(report: PositioningReport) -> list[Block]:
     return [Fields("Further lines of the measurement file", tuple(shown))]
 
 
-def issuer(report: PositioningReport) -> tuple[str, ...]:
+def issuer(report: CertifiedReport) -> tuple[str, ...]:
     """Return the laboratory, as the head of the first page names it: a name, and what follows."""
     keys = ("address", "country", "mark", "email", "phone")
     parts = [(key, stated(report, f"laboratory_{key}")) for key in keys]
@@ -239,7 +241,7 @@ def issuer(report: PositioningReport) -> tuple[str, ...]:
     return tuple(line for line in lines if line)
 
 
-def identification(report: PositioningReport) -> Fields:
+def identification(report: CertifiedReport) -> Fields:
     """Return the few lines that say what was tested by whom, for the top of the first page."""
     number = _first(report, "certificate_number")
     issued = report.issued
@@ -267,13 +269,13 @@ def identification(report: PositioningReport) -> Fields:
     return Fields("", tuple(row for row in rows if row[1]))
 
 
-def _first(report: PositioningReport, *keys: str) -> str:
+def _first(report: CertifiedReport, *keys: str) -> str:
     """Return fields as the first page shows them, one behind the other."""
     texts = dict.fromkeys(stated(report, key) for key in keys)
     return plain_text(" · ".join(text for text in texts if text), _FRONT_PAGE_TEXT)
 
 
-def statements(report: PositioningReport) -> tuple[str, ...]:
+def statements(report: CertifiedReport) -> tuple[str, ...]:
     """Return what a certificate says of itself: what it is for, and that a draft is one."""
     said = ["The results relate only to the item tested, in its state at the time of the test."]
     laboratory = prevailing(report, "laboratory")
@@ -286,7 +288,8 @@ def statements(report: PositioningReport) -> tuple[str, ...]:
     return tuple(said)
 
 
-def condition_section(report: PositioningReport) -> Section:
-    """Return every stated field of the head, group by group."""
-    blocks = (*_groups(report), _traceability(report), *_other_lines(report))
+def condition_section(report: CertifiedReport, sha256: str, options: str = "") -> Section:
+    """Return every stated field of the head, group by group, and the hash of the results."""
+    data = _traceability(report, sha256, options)
+    blocks = (*_groups(report), data, *_other_lines(report))
     return Section("Conditions of the test", blocks)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
 from thermaxis.files.settings import HEADER_FIELDS, HEADER_GROUPS, HeaderField
-from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._certified_report import CertifiedReport
 from thermaxis.report.dcc._xml import NUMBER, element, proper, shifted, words
 
 _UNITS = {
@@ -42,7 +42,7 @@ def _stated(tag: str, name: str, text: str, unit: str, ref_type: str = "") -> El
 
 
 def quantities(
-    report: PositioningReport, tag: str, groups: tuple[str, ...], shown: frozenset[str]
+    report: CertifiedReport, tag: str, groups: tuple[str, ...], shown: frozenset[str]
 ) -> Iterator[Element]:
     """Yield what groups of the head state and the form does not show."""
     for field in (
@@ -53,9 +53,9 @@ def quantities(
             yield _stated(tag, field.label, text, field.unit, _type(field))
 
 
-def influence_conditions(report: PositioningReport) -> list[Element]:
+def influence_conditions(report: CertifiedReport) -> list[Element]:
     """Return the environment as the head and the measured file state it."""
-    environment = report.test.environment
+    environment = report.read_head.environment
     head = {f.key for group in HEADER_GROUPS if group.name == "environment" for f in group.fields}
     conditions: list[Element] = []
     for key in sorted({*environment, *(key for key in head if report.header.get(key))}):
@@ -76,7 +76,7 @@ def _condition(key: str, values: dict[str, str]) -> Element:
     return element("dcc:influenceCondition", name, data, refType=" ".join(filter(None, types)))
 
 
-def sensors(report: PositioningReport) -> Iterator[Element]:
+def sensors(report: CertifiedReport) -> Iterator[Element]:
     """Yield the sensors of the environment."""
     for field in next(group.fields for group in HEADER_GROUPS if group.name == "sensors"):
         if text := report.header.get(field.key, ""):

@@ -37,8 +37,8 @@ def results_of(results: Content) -> list[Element]:
     targets: Sequence[Content] = results["iso230_2"]["targets"]
     figures = _figures(axis, rows, FIGURES, edition)
     parts = [
-        _result("Figures of ISO 230-2", "figures", "iso230_2 gum", figures),
-        _result("Targets", "targets", "iso230_2", [_over_targets(axis, targets, TARGETS)]),
+        result("Figures of ISO 230-2", "figures", "iso230_2 gum", figures),
+        result("Targets", "targets", "iso230_2", [_over_targets(axis, targets, TARGETS)]),
     ]
     if drift is not None:
         levels = [key for kind in LEVELS for key in (kind.key, kind.uncertainty)]
@@ -49,14 +49,15 @@ def results_of(results: Content) -> list[Element]:
         figures = _figures(axis, rows, DRIFT_FREE_FIGURES, edition)
         lists = [_over_targets(axis, free, (*LEVELS, *TARGETS), "_driftFree")]
         parts += [
-            _result(f"Figures {_NOT_OF_THE_STANDARD}", "figures_driftFree", "drift gum", figures),
-            _result(f"Targets {_NOT_OF_THE_STANDARD}", "targets_driftFree", "drift", lists),
-            _result("Drift", "drift", "drift", _drift(axis, drift)),
+            result(f"Figures {_NOT_OF_THE_STANDARD}", "figures_driftFree", "drift gum", figures),
+            result(f"Targets {_NOT_OF_THE_STANDARD}", "targets_driftFree", "drift", lists),
+            result("Drift", "drift", "drift", _drift(axis, drift)),
         ]
     return parts
 
 
-def _result(name: str, ref_type: str, methods: str, data: Iterable[Element]) -> Element:
+def result(name: str, ref_type: str, methods: str, data: Iterable[Element]) -> Element:
+    """Return quantities with the methods that gave them."""
     return element(
         "dcc:result",
         words("dcc:name", name),

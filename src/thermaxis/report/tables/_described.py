@@ -1,7 +1,7 @@
 """The parts of a result's description, and what terminal and JSON make of them."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from datetime import datetime
 from typing import NamedTuple, TypeAlias, cast
@@ -10,6 +10,7 @@ import numpy as np
 
 from thermaxis.codes import Message, message_as_json, printable
 from thermaxis.messages import text_of
+from thermaxis.report import _document as page
 from thermaxis.report.tables._text_table import filled, text_table
 
 _ABSENT = "–"
@@ -201,6 +202,15 @@ def _table(table: Table) -> str:
     heads = [table.rows[0][k].head or "" for k in columns]
     rows = [[_cell(row[k].value, row[k].form) for k in columns] for row in table.rows]
     return text_table(printable(table.title, _LONGEST), heads, rows, words=table.words)
+
+
+def as_page_table(table: Table) -> page.Table:
+    """Return a table as a certificate has it, its title as caption."""
+    columns = [k for k, value in enumerate(table.rows[0]) if value.head is not None]
+    heads: Iterable[str] = [table.rows[0][k].head or "" for k in columns]
+    rows = (tuple(_cell(row[k].value, row[k].form) for k in columns) for row in table.rows)
+    heads = (f"<{head}" if k < table.words else head for k, head in enumerate(heads))
+    return page.Table(page.columns_of(" | ".join(heads)), tuple(rows), table.title)
 
 
 def _cell(value: object, form: str, longest: int = 60) -> str:

@@ -1,6 +1,5 @@
 """The evaluation of a positioning run, described once; its keys stand in docs/json.md."""
 
-import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -89,31 +88,6 @@ def describe_evaluation(report: PositioningReport) -> list[Part]:
         Section("", _diagnosis(report.diagnosis)),
         Section("", messages_of("warnings", report.warnings, "warning", say=sentence_of)),
     ]
-
-
-def results_json(report: PositioningReport) -> bytes:
-    """Return the results of a run as JSON that depends on them alone.
-
-    Returns
-    -------
-    bytes
-        What ``thermaxis evaluate --json`` writes, as one line of ASCII: keys in alphabetical
-        order, no blanks.
-    """
-    content = as_json(describe_evaluation(report))
-    plain = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return plain.encode("ascii")
-
-
-def results_sha256(report: PositioningReport) -> str:
-    """Return the SHA-256 of the results of a run, which every form of its certificate bears.
-
-    Returns
-    -------
-    str
-        Hash of `results_json`: 64 hexadecimal digits.
-    """
-    return hashlib.sha256(results_json(report)).hexdigest()
 
 
 def options_in_words(report: PositioningReport) -> str:

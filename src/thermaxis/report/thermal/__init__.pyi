@@ -12,3 +12,7 @@ from ._output import (
     write_verification_figures as write_verification_figures,
     write_verification_report as write_verification_report,
 )
+from ._thermal_test import (
+    write_thermal_test_figures as write_thermal_test_figures,
+    write_thermal_test_report as write_thermal_test_report,
+)

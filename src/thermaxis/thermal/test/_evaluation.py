@@ -92,14 +92,14 @@ def evaluate_thermal_test(
         minutes = significant((end_s - begin_s) / 60.0, 3)
         raise DataError("thermal_test_too_short", minutes=minutes, place=log.place())
     warnings = list(_warnings(log, kind, setup, begin_s, end_s))
-    for one in series:
-        if one.probes == 1:
-            warnings += _gaps(log, one, begin_s, end_s)
+    ambient = [_measured(log, name, "degC") for name in setup.ambient]
+    measured = [*((one.name, one.values) for one in series if one.probes == 1)]
+    for name, values in (*measured, *zip(setup.ambient, ambient, strict=True)):
+        warnings += _gaps(log, name, values, begin_s, end_s)
     spans_h: tuple[float, ...] = ()
     if kind is ThermalTestKind.ETVE:
         spans_h = tuple(t for t in setup.spans_h if t * HOUR_S <= end_s - begin_s + step_s)
     own = _Spans(log.time_s, begin_s, end_s, spans_h)
-    ambient = [log.column(name, unit="degC") for name in setup.ambient]
     quantities = tuple(_quantity(one, own, ambient, setup) for one in series)
     criterion = None
     if kind is not ThermalTestKind.ETVE:
@@ -146,9 +146,7 @@ def _series(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> 
     stated_um = setup.uncertainty.resolution_um
     found: dict[str, _Series] = {}
     for name, channel in named:
-        values = log.column(channel, unit="um")
-        if bool(np.all(np.isnan(values))):
-            raise DataError("never_measured", place=log.place(log.name_of(channel)))
+        values = _measured(log, channel, "um")
         known = values[~np.isnan(values)]
         resolution_um = resolution_of(known) if stated_um is None else stated_um
         found[name] = _Series(name, "um", values, resolution_um=resolution_um)
@@ -170,6 +168,14 @@ def _series(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> 
             distance_mm if unit == "um/m" else None,
             max(minuend.resolution_um, subtrahend.resolution_um),
         )
+
+
+def _measured(log: ThermalLog, channel: str, unit: str) -> FloatArray:
+    """Return a channel that has a value."""
+    values = log.column(channel, unit=unit)
+    if bool(np.all(np.isnan(values))):
+        raise DataError("never_measured", place=log.place(log.name_of(channel)))
+    return values
 
 
 def _difference(time_s: FloatArray, one: FloatArray, other: FloatArray) -> FloatArray:
@@ -257,8 +263,9 @@ def _range(
     terms: dict[UncertaintyCause, float] = {}
     if known.probe_um is not None:
         terms[UncertaintyCause.PROBE] = both * known.probe_um / COVERAGE
-    if known.fixture_um_per_k is not None and ambient:
-        widest_k = max(range_of(column[rows]) for column in ambient)
+    ranges_k = [r for column in ambient if not np.isnan(r := range_of(column[rows]))]
+    if known.fixture_um_per_k is not None and ranges_k:
+        widest_k = max(ranges_k)
         terms[UncertaintyCause.TEMPERATURE] = both * known.fixture_um_per_k * widest_k / 3.0**0.5
     terms[UncertaintyCause.RESOLUTION] = both * one.resolution_um / 6.0**0.5
     terms[UncertaintyCause.SAMPLING] = _between_rows(values) / 3.0**0.5
@@ -396,17 +403,19 @@ def _warnings(
         yield Message("warning-thermal_test_probe_not_stated")
 
 
-def _gaps(log: ThermalLog, one: _Series, begin_s: float, end_s: float) -> Iterator[Message]:
+def _gaps(
+    log: ThermalLog, name: str, values: FloatArray, begin_s: float, end_s: float
+) -> Iterator[Message]:
     """Yield how long a quantity was not measured; refuse what leaves no range within 60 min."""
-    known_s = log.time_s[~np.isnan(one.values) & rows_between(log.time_s, begin_s, end_s)]
+    known_s = log.time_s[~np.isnan(values) & rows_between(log.time_s, begin_s, end_s)]
     edges_s = np.concatenate(([begin_s], known_s, [end_s]))
     gaps_s = np.diff(edges_s)
     longest = int(np.argmax(gaps_s))
     gap_s, at_s = float(gaps_s[longest]), float(edges_s[longest])
-    values = {"quantity": one.name, "minutes": significant(gap_s / 60.0, 3)}
-    values["at_min"] = significant(at_s / 60.0, 4)
+    told = {"quantity": name, "minutes": significant(gap_s / 60.0, 3)}
+    told["at_min"] = significant(at_s / 60.0, 4)
     if gap_s > LONGEST_GAP_S:
         most = LONGEST_GAP_S / 60.0
-        raise DataError("thermal_test_gap", place=log.place(), most_min=most, **values)
+        raise DataError("thermal_test_gap", place=log.place(), most_min=most, **told)
     if gap_s > max(TOLD_GAP_S, _FEW_ROWS * float(np.median(gaps_s))):
-        yield Message("warning-thermal_test_gap", values)
+        yield Message("warning-thermal_test_gap", told)
