@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Any, Final, cast, final
 
 from thermaxis.codes import Message, value_of_json
-from thermaxis.fleet import Judgement, NightOutcome, Standing, StoredNight
+from thermaxis.fleet import SENSOR_CAUSES, Judgement, NightOutcome, Standing, StoredNight
 
 MOST_LINES: Final = 200
 """Machines of a list that are shown at once; more are found by kind and name. [1]"""
@@ -52,6 +52,11 @@ class Line:
     """Why it is named; None where it is not."""
     model_sha256: str = ""
     """Hash of the model in force."""
+
+    @property
+    def sensors_first(self) -> bool:
+        """Whether it is named for a sensor, so that no model may be accepted."""
+        return self.judgement is not None and not SENSOR_CAUSES.isdisjoint(self.judgement.causes)
 
 
 def lines_of(

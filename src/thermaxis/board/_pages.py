@@ -13,7 +13,15 @@ from thermaxis.board._board import MOST_LINES, Line, lines_of, messages_of, wors
 from thermaxis.board._parts import parts_of
 from thermaxis.codes import Message, printable
 from thermaxis.errors import ConfigurationError
-from thermaxis.fleet import Registry, StoredModel, StoredNight, StoredProposal, axis_trends
+from thermaxis.fleet import (
+    ADDED,
+    IN_FORCE,
+    Registry,
+    StoredModel,
+    StoredNight,
+    StoredProposal,
+    axis_trends,
+)
 from thermaxis.messages import remedy_of, sentence, sentence_of
 from thermaxis.runtime import Role
 from thermaxis.screen.access import needs, render, visitor_of
@@ -117,7 +125,10 @@ def _words(request: Request) -> dict[str, object]:
     def remedy(message: Message) -> str:
         return remedy_of(message, language=language)
 
-    return {"said": said, "remedy": remedy}
+    def reason(why: str) -> str:
+        return _reason(why, language)
+
+    return {"said": said, "remedy": remedy, "reason": reason}
 
 
 def _story(
@@ -133,8 +144,18 @@ def _story(
         for name, figures in some.items():
             outputs.setdefault(name, []).append((_noon(day), figures))
     marks = [
-        *(_mark(m.added_utc.isoformat(), "model", language, m.sha256, why=m.why) for m in models),
-        *(_mark(_noon(p.day), "proposed", language, p.sha256) for p in proposals),
+        *(
+            _mark(
+                *(m.added_utc.isoformat(), "model", language, m.sha256),
+                why=_reason(m.why, language),
+            )
+            for m in models
+        ),
+        *(
+            _mark(_noon(p.day), "proposed", language, p.sha256)
+            for p in proposals
+            if p.decided_utc is None
+        ),
         *(
             _mark(p.decided_utc.isoformat(), key, language, p.sha256, who=p.who, why=p.why)
             for p in proposals
@@ -155,6 +176,12 @@ def _story(
         },
         "marks": marks,
     }
+
+
+def _reason(why: str, language: str) -> str:
+    """Return why a model was taken, where that is a word of the registry in the page's language."""
+    key = {ADDED: "fleet-why_added", IN_FORCE: "fleet-why_in_force"}.get(why)
+    return why if key is None else sentence(key, language=language)
 
 
 def _noon(day: date) -> str:

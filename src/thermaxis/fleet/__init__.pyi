@@ -37,6 +37,9 @@ from ._nights import (
     work as work,
 )
 from ._registry import (
+    ADDED as ADDED,
+    IN_FORCE as IN_FORCE,
+    SENSOR_CAUSES as SENSOR_CAUSES,
     FleetMachine as FleetMachine,
     ProposalState as ProposalState,
     Registry as Registry,

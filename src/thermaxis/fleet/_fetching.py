@@ -43,7 +43,8 @@ class Fetch:
     removed: tuple[str, ...]
     """Names of models that were withdrawn and are removed now."""
     remarks: tuple[Message, ...]
-    """Withdrawn models that cannot be removed, as the machine still needs them."""
+    """Withdrawn models that cannot be removed, as the machine still needs them; an accepted one
+    that was compared with another than the one in force, and is not brought."""
 
 
 def fetch(configuration: MachineConfiguration, registry: Registry) -> Fetch:
@@ -69,9 +70,9 @@ def fetch(configuration: MachineConfiguration, registry: Registry) -> Fetch:
     Raises
     ------
     ConfigurationError
-        If the registry does not know the machine, the machine has no folder of models, or the model
-        is not the one that was accepted, does not fit the machine, or was compared with another
-        model than the one in force.
+        If the registry does not know the machine, or what it has in force as another one's alone,
+        the machine has no folder of models, or the model is not the one that was accepted or does
+        not fit the machine.
     """
     folder, known = model_folder(configuration), model_in_force(configuration)
     (machine,) = registry.machines([configuration.name])
@@ -95,6 +96,10 @@ def fetch(configuration: MachineConfiguration, registry: Registry) -> Fetch:
             path.unlink()
             path.with_suffix(PROPOSAL_SUFFIX).unlink(missing_ok=True)
             removed.append(path.name)
+    if wanted is not None and wanted.parent_sha256 != known.sha256:
+        place = Place(_path(folder, wanted.sha256).name)
+        remarks.append(Message("remark-proposal_of_other_model", place=place))
+        wanted = None
     written = wanted is not None and _brought(configuration, wanted, known, registry)
     if wanted is not None and not _is_there(_path(folder, wanted.sha256), wanted.sha256):
         wanted = None  # it was withdrawn meanwhile
@@ -125,8 +130,6 @@ def _brought(
     """Write an accepted model and what it is, unless they are there; the model last."""
     folder = model_folder(configuration)
     path = _path(folder, wanted.sha256)
-    if wanted.parent_sha256 != known.sha256:
-        raise ConfigurationError("proposal_of_other_model", place=Place(path.name))
     model = parse_model(wanted.content, name=path.name)
     if model_sha256(model) != wanted.sha256:
         raise ConfigurationError("hash_mismatch", place=Place(path.name, key="sha256"))

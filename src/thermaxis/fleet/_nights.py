@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from datetime import date
 from typing import Final, NamedTuple, final
@@ -16,6 +17,7 @@ from thermaxis.fleet._registry import FleetMachine, Registry
 
 Report = Callable[[str, int, int], None]
 _BATCH, _BATCH_S = 100, 1.0
+_LISTED_AT_ONCE = 16
 LONGEST_ERROR: Final = 300
 """Longest text of an error that is kept. [character]"""
 
@@ -62,11 +64,13 @@ def late_nights(registry: Registry, day: date) -> list[FleetMachine]:
         If the lake cannot be read.
     """
     lake, seen = Lake(registry.lake), registry.seen(day)
-    return [
-        one
-        for one in registry.machines()
-        if 0 < seen.get(one.name, 0) < lake.last_id(one.name, day, one.formerly)
-    ]
+    stored = [one for one in registry.machines() if seen.get(one.name)]
+
+    def is_late(one: FleetMachine) -> bool:
+        return seen[one.name] < lake.last_id(one.name, day, one.formerly)
+
+    with ThreadPoolExecutor(_LISTED_AT_ONCE) as pool:  # a bucket answers slowly, but many at once
+        return [one for one, late in zip(stored, pool.map(is_late, stored), strict=True) if late]
 
 
 @final

@@ -38,13 +38,14 @@ from thermaxis.files import format_model, model_sha256
 from thermaxis.fleet._axes import AxisRun, axis_run_as_json, axis_run_of_json
 from thermaxis.fleet._judging import (
     JUDGED_DAYS,
+    Cause,
     Judgement,
     judge,
     judgement_as_json,
     judgement_of_json,
     surest_first,
 )
-from thermaxis.fleet._night import NightResult, StoredNight, night_as_json
+from thermaxis.fleet._night import NightOutcome, NightResult, StoredNight, night_as_json
 from thermaxis.runtime.history import check_url, printable_cause, writing_engine
 
 VERSION: Final = 3
@@ -59,107 +60,87 @@ _ID = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
 _MOMENT = sa.DateTime(timezone=True)
 
 metadata = sa.MetaData()
-_registry = sa.Table(
-    "registry",
-    metadata,
-    sa.Column("name", sa.Text, primary_key=True),
-    sa.Column("value", sa.Text, nullable=False),
+
+
+def _texts(*names: str) -> list[sa.Column[str]]:
+    return [sa.Column(name, sa.Text, nullable=False) for name in names]
+
+
+def _of(table: str) -> sa.Column[int]:
+    return sa.Column(f"{table}_id", _ID, sa.ForeignKey(f"{table}s.id"), nullable=False)
+
+
+def _day() -> sa.Column[date]:
+    return sa.Column("day", sa.Date, nullable=False)
+
+
+def _table(name: str, *columns: sa.schema.SchemaItem) -> sa.Table:
+    """Return a table whose rows have a number and the time at which they were added."""
+    added = sa.Column("added_utc", _MOMENT, nullable=False)
+    return sa.Table(name, metadata, sa.Column("id", _ID, primary_key=True), *columns, added)
+
+
+def _named(table: str, column: sa.Column[Any]) -> sa.Table:
+    return sa.Table(table, metadata, sa.Column("name", sa.Text, primary_key=True), column)
+
+
+_registry = _named("registry", sa.Column("value", sa.Text, nullable=False))
+_formerly = _named("formerly", _of("machine"))
+_machines = _table(
+    "machines", *_texts("name", "kind", "channels", "model_sha256"), sa.UniqueConstraint("name")
 )
-_machines = sa.Table(
-    "machines",
-    metadata,
-    sa.Column("id", _ID, primary_key=True),
-    sa.Column("name", sa.Text, nullable=False, unique=True),
-    sa.Column("kind", sa.Text, nullable=False),
-    sa.Column("channels", sa.Text, nullable=False),
-    sa.Column("model_sha256", sa.Text, nullable=False),
-    sa.Column("added_utc", _MOMENT, nullable=False),
-)
-_formerly = sa.Table(
-    "formerly",
-    metadata,
-    sa.Column("name", sa.Text, primary_key=True),
-    sa.Column("machine_id", _ID, sa.ForeignKey("machines.id"), nullable=False),
-)
-_models = sa.Table(
+_models = _table(
     "models",
-    metadata,
-    sa.Column("id", _ID, primary_key=True),
-    sa.Column("machine_id", _ID, sa.ForeignKey("machines.id"), nullable=False),
-    sa.Column("sha256", sa.Text, nullable=False),
+    _of("machine"),
+    *_texts("sha256", "why", "content"),
     sa.Column("parent_sha256", sa.Text),
-    sa.Column("why", sa.Text, nullable=False),
-    sa.Column("content", sa.Text, nullable=False),
-    sa.Column("added_utc", _MOMENT, nullable=False),
     sa.UniqueConstraint("machine_id", "sha256"),
 )
-_nights = sa.Table(
+_nights = _table(
     "nights",
-    metadata,
-    sa.Column("id", _ID, primary_key=True),
-    sa.Column("machine_id", _ID, sa.ForeignKey("machines.id"), nullable=False),
-    sa.Column("day", sa.Date, nullable=False, index=True),
-    sa.Column("model_sha256", sa.Text, nullable=False),
-    sa.Column("version", sa.Text, nullable=False),
-    sa.Column("outcome", sa.Text, nullable=False),
-    sa.Column("result", sa.Text, nullable=False),
+    _of("machine"),
+    _day(),
+    *_texts("model_sha256", "version", "outcome", "result"),
     sa.Column("last_id", sa.BigInteger, nullable=False, server_default="0"),
-    sa.Column("added_utc", _MOMENT, nullable=False),
     sa.UniqueConstraint("machine_id", "day", "model_sha256", "version"),
+    sa.Index("ix_nights_day", "day"),
 )
 _judged = sa.Table(
     "judged",
     metadata,
     sa.Column("id", _ID, primary_key=True),
-    sa.Column("machine_id", _ID, sa.ForeignKey("machines.id"), nullable=False),
-    sa.Column("day", sa.Date, nullable=False, index=True),
-    sa.Column("judgement", sa.Text, nullable=False),
+    _of("machine"),
+    _day(),
+    *_texts("judgement"),
     sa.UniqueConstraint("machine_id", "day"),
+    sa.Index("ix_judged_day", "day"),
 )
-_proposals = sa.Table(
+_proposals = _table(
     "proposals",
-    metadata,
-    sa.Column("id", _ID, primary_key=True),
-    sa.Column("machine_id", _ID, sa.ForeignKey("machines.id"), nullable=False),
-    sa.Column("parent_sha256", sa.Text, nullable=False),
-    sa.Column("sha256", sa.Text, nullable=False),
-    sa.Column("day", sa.Date, nullable=False),
-    sa.Column("content", sa.Text, nullable=False),
-    sa.Column("added_utc", _MOMENT, nullable=False),
+    _of("machine"),
+    _day(),
+    *_texts("parent_sha256", "sha256", "content"),
     sa.UniqueConstraint("machine_id", "parent_sha256", "sha256"),
 )
-_decisions = sa.Table(
+_decisions = _table(
     "decisions",
-    metadata,
-    sa.Column("id", _ID, primary_key=True),
-    sa.Column("proposal_id", _ID, sa.ForeignKey("proposals.id"), nullable=False, unique=True),
+    _of("proposal"),
     sa.Column("accepted", sa.Boolean, nullable=False),
-    sa.Column("who", sa.Text, nullable=False),
-    sa.Column("why", sa.Text, nullable=False),
-    sa.Column("added_utc", _MOMENT, nullable=False),
+    *_texts("who", "why"),
+    sa.UniqueConstraint("proposal_id"),
 )
-_steps = sa.Table(
+_steps = _table(
     "steps",
-    metadata,
-    sa.Column("id", _ID, primary_key=True),
-    sa.Column("proposal_id", _ID, sa.ForeignKey("proposals.id"), nullable=False),
-    sa.Column("step", sa.Text, nullable=False),
-    sa.Column("who", sa.Text, nullable=False),
-    sa.Column("why", sa.Text, nullable=False),
-    sa.Column("added_utc", _MOMENT, nullable=False),
+    _of("proposal"),
+    *_texts("step", "who", "why"),
     sa.UniqueConstraint("proposal_id", "step"),
 )
-
-_axis_runs = sa.Table(
+_axis_runs = _table(
     "axis_runs",
-    metadata,
-    sa.Column("id", _ID, primary_key=True),
-    sa.Column("machine_id", _ID, sa.ForeignKey("machines.id"), nullable=False),
-    sa.Column("axis", sa.Text, nullable=False),
+    _of("machine"),
+    *_texts("axis", "sha256", "result"),
     sa.Column("start_utc", _MOMENT, nullable=False),
-    sa.Column("sha256", sa.Text, nullable=False, unique=True),
-    sa.Column("result", sa.Text, nullable=False),
-    sa.Column("added_utc", _MOMENT, nullable=False),
+    sa.UniqueConstraint("sha256"),
     sa.UniqueConstraint("machine_id", "axis", "start_utc"),
 )
 
@@ -169,7 +150,10 @@ class ProposalState(StrEnum):
     """What has become of a proposal; of an accepted one what was reached last."""
 
     OPEN = "open"
-    """Nobody has decided."""
+    """Nobody has decided on what the newest night proposes."""
+    SUPERSEDED = "superseded"
+    """Nobody has decided, and a newer night or model has made it old, or an accepted model is on
+    its way."""
     REJECTED = "rejected"
     """A person has rejected it."""
     ACCEPTED = "accepted"
@@ -180,6 +164,14 @@ class ProposalState(StrEnum):
     """The machine has had it in force."""
     WITHDRAWN = "withdrawn"
     """A person has taken it back."""
+
+
+ADDED: Final = "added"
+"""Why a model is in force, where nobody says it."""
+IN_FORCE: Final = "in force at the machine"
+"""Why another one is, of which the registry learns by a fetch."""
+SENSOR_CAUSES: Final = frozenset({Cause.SENSOR_FROZEN, Cause.SENSORS_SWAPPED, Cause.SENSOR_OFFSET})
+"""Nothing that was learnt from sensors named so is accepted."""
 
 
 @final
@@ -295,14 +287,17 @@ class Registry:
                 raise ConfigurationError("registry_older", found=found, known=VERSION, place=place)
         self.lake = known["lake"]
         """Its lake."""
-        self.former_lake = ""
-        """The one that it had until it was made again with this one; empty if none."""
 
     @classmethod
-    def make(cls, url: str, lake: str, password: str = "") -> Self:
+    def make(cls, url: str, lake: str, password: str = "", *, move_lake: bool = False) -> Self:
         """Make the tables that are missing, or those of this version of older ones, and open them.
 
-        Nothing of what is there is lost; the lake is the one that is stated.
+        Nothing of what is there is lost.
+
+        Raises
+        ------
+        ConfigurationError
+            If it is there with another lake, and this one is not to take its place.
         """
         place = _checked(url, made=False)
         engine = writing_engine(url, password)
@@ -314,6 +309,9 @@ class Registry:
                 known = _known(connection)
                 found = int(known.get("version", VERSION))
                 _refuse_newer(found, place)
+                former = known.get("lake", lake)
+                if former != lake and not move_lake:
+                    raise ConfigurationError("lake_differs", known=former, place=place)
                 for version in range(found + 1, VERSION + 1):
                     for statement in _ALTERATIONS.get(version, ()):
                         connection.execute(sa.text(statement))
@@ -323,9 +321,7 @@ class Registry:
                     connection.execute(sa.insert(_registry).values(name=name, value=value))
         finally:
             engine.dispose()
-        made, former = cls(url, password), known.get("lake", lake)
-        made.former_lake = former if former != lake else ""
-        return made
+        return cls(url, password)
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -392,13 +388,27 @@ class Registry:
         """Take note of the model that a machine has in force; return another one's hash, as known.
 
         It is None where that model was known.
+
+        Raises
+        ------
+        ConfigurationError
+            If the machine is not known, or the model is known as another machine's alone.
         """
         (known,) = self.machines([machine])
         told = replace(known, model=format_model(model), model_sha256=model_sha256(model))
         if told.model_sha256 == known.model_sha256:
             return None
         known_as = {one.sha256: one.why for one in self.proposals(machine) if one.accepted}
-        self.add(told, known_as.get(told.model_sha256) or "in force at the machine")
+        query = sa.select(_machines.c.name).join(_models)
+        with self._asked() as connection:
+            renamed = _renamed(connection)
+            query = query.where(_models.c.sha256 == told.model_sha256)
+            names: Sequence[str] = connection.execute(query).scalars().all()
+        others = {renamed.get(name, name) for name in names}
+        if others and known.name not in others and told.model_sha256 not in known_as:
+            values = {"name": machine, "other": min(others)}
+            raise ConfigurationError("model_of_other_machine", place=self._place, **values)
+        self.add(told, known_as.get(told.model_sha256) or IN_FORCE)
         return known.model_sha256
 
     def rename(self, former: str, name: str) -> bool:
@@ -451,23 +461,22 @@ class Registry:
             .order_by(c.name)
         )
         with self._asked() as connection:
-            rows = connection.execute(query).all()
             renamed = _renamed(connection)
+            names = [renamed.get(name, name) for name in names]
+            rows = connection.execute(query.where(c.name.in_(names)) if names else query).all()
+            missing = sorted({*names} - {row.name for row in rows})
+            if missing:
+                every = connection.execute(sa.select(c.name).where(_alive()).order_by(c.name))
+                values = {"name": missing[0], "known": ", ".join(every.scalars()) or "none"}
+                raise ConfigurationError("unknown_name", place=self._place, **values)
         formerly: dict[str, list[str]] = {}
         for former, name in renamed.items():
             formerly.setdefault(name, []).append(former)
-        every = [
-            FleetMachine(*row[:4], json.loads(row[4]), tuple(formerly.get(row.name, ())))
+        known = {
+            row.name: FleetMachine(*row[:4], json.loads(row[4]), tuple(formerly.get(row.name, ())))
             for row in rows
-        ]
-        known = {machine.name: machine for machine in every}
-        names = [renamed.get(name, name) for name in names]
-        for name in names:
-            if name not in known:
-                raise ConfigurationError(
-                    "unknown_name", name=name, known=", ".join(known) or "none", place=self._place
-                )
-        return [known[name] for name in names] or every
+        }
+        return [known[name] for name in names or known]
 
     def models(self, machine: str) -> list[StoredModel]:
         """Return the models of a machine, the first one first."""
@@ -483,10 +492,14 @@ class Registry:
 
     # ---- nights ---------------------------------------------------------------------------------
 
-    def missing(self, day: date) -> list[FleetMachine]:
-        """Return the machines of which this program has not stored the night of their model."""
+    def missing(self, day: date, *, again: bool = False) -> list[FleetMachine]:
+        """Return the machines of which this program has not stored the night of their model.
+
+        Again: also those of which it was set aside.
+        """
         stored = self.seen(day)
-        return [machine for machine in self.machines() if machine.name not in stored]
+        done = {name for name, last_id in stored.items() if last_id or not again}
+        return [machine for machine in self.machines() if machine.name not in done]
 
     def seen(self, day: date) -> dict[str, int]:
         """Return the last cycle of a day that this program's nights have seen, by machine. [1]"""
@@ -557,32 +570,29 @@ class Registry:
 
     def standings(self, machine: str | None = None) -> list[Standing]:
         """Return how every machine stands, or one, by name."""
-        night, c, p, d = _nights.c, _machines.c, _proposals.c, _decisions.c
-        own, one = _nights.alias().c, _proposals.alias().c
+        night, c, own = _nights.c, _machines.c, _nights.alias().c
         newest = sa.select(own.id).where(own.machine_id == c.id)
         newest = newest.order_by(own.day.desc(), own.id.desc()).limit(1).scalar_subquery()
-        for_model = (one.machine_id == c.id) & (one.parent_sha256 == c.model_sha256)
-        proposed = sa.select(sa.func.max(one.id)).where(for_model).scalar_subquery()
         query = (
             sa.select(
                 *(c.name, c.kind, night.day, night.model_sha256, night.version, night.result),
-                *(p.sha256, d.id, c.model_sha256),
+                c.model_sha256,
             )
             .select_from(_machines)
             .outerjoin(_nights, night.id == newest)
-            .outerjoin(_proposals, p.id == proposed)
-            .outerjoin(_decisions, d.proposal_id == p.id)
             .order_by(c.name)
         )
         query = query.where(_alive() if machine is None else c.name == machine)
         with self._asked() as connection:
             rows = connection.execute(query).all()
+            some = _proposals_of(connection, machine, in_force=True).values()
+        proposed = {one.machine: one.sha256 for one in some if one.state is ProposalState.OPEN}
         return [
             Standing(
                 *row[:2],
                 night=_night_of(row) if row[2] else None,
-                proposed_sha256=row[6] if row[7] is None else None,
-                model_sha256=row[8],
+                proposed_sha256=proposed.get(row.name),
+                model_sha256=row[6],
             )
             for row in rows
         ]
@@ -640,27 +650,36 @@ class Registry:
     def decide(
         self, machine: str, *, accepted: bool, who: str, why: str, sha256: str = ""
     ) -> StoredProposal:
-        """Accept or reject the newest proposal for the model that a machine has in force.
+        """Accept or reject what the newest night proposes for the model a machine has in force.
 
-        With a hash, only if it is still that of the newest one: a person decides on what was seen.
+        With a hash, only if it is still that one: a person decides on what was seen.
 
         Nothing changes on a machine, nor what is in force here: that is what the machine has.
 
         Raises
         ------
         ConfigurationError
-            If there is none, or it was decided on already.
+            If there is none, it was decided on already, an accepted one is on its way, or one is
+            to be accepted while the machine is named for a sensor.
         """
         (known,) = self.machines([machine])
-        machine = known.name
+        machine, day = known.name, self.last_judged()
+        named = (
+            next((o for o in self.judgements(day) if o.machine == machine), None) if day else None
+        )
+        if accepted and named is not None and not SENSOR_CAUSES.isdisjoint(named.causes):
+            raise ConfigurationError("sensors_first", name=machine, place=self._place)
         with self._asked() as connection:
             every = _proposals_of(connection, machine)
-            fits = [i for i, one in every.items() if one.parent_sha256 == known.model_sha256]
-            if not fits or (sha256 and every[fits[-1]].sha256 != sha256):
-                raise ConfigurationError("no_proposal", name=machine, place=self._place)
-            if not _decided(connection, fits[-1], accepted=accepted, who=who, why=why):
+            is_open = [i for i, one in every.items() if one.state is ProposalState.OPEN]
+            if not is_open or sha256 not in {"", every[is_open[0]].sha256}:
+                same = [o for o in every.values() if o.parent_sha256 == known.model_sha256]
+                decided = not is_open and any(one.decided_utc for one in same)
+                code = "proposal_decided" if decided else "no_proposal"
+                raise ConfigurationError(code, name=machine, place=self._place)
+            if not _decided(connection, is_open[0], accepted=accepted, who=who, why=why):
                 raise ConfigurationError("proposal_decided", name=machine, place=self._place)
-            return _proposals_of(connection, machine)[fits[-1]]
+            return _proposals_of(connection, machine)[is_open[0]]
 
     def to_fetch(self, machine: str) -> StoredProposal | None:
         """Return what a machine is to fetch: what was accepted last, unless it was withdrawn.
@@ -712,7 +731,7 @@ class Registry:
         Raises
         ------
         ConfigurationError
-            If the machine is not known, had no other model before, or this was withdrawn.
+            If the machine is not known, or had no other model before.
         """
         (known,) = self.machines([machine])
         machine = known.name
@@ -733,10 +752,11 @@ class Registry:
             _inserted(connection, _proposals, [{**row, "day": now.date()}])
             key = [p[name] == row[name] for name in ("machine_id", "parent_sha256", "sha256")]
             chosen = connection.execute(sa.select(p.id).where(*key)).scalar_one()
-            new = _decided(connection, chosen, accepted=True, who=who, why=why)
+            earlier = _proposals_of(connection, machine)[chosen]
+            if earlier.decided_utc is not None and earlier.state not in _TO_FETCH:
+                _begun_anew(connection, chosen, now)
+            _decided(connection, chosen, accepted=True, who=who, why=why)
             every = _proposals_of(connection, machine)
-            if not new and every[chosen].state not in _TO_FETCH:
-                raise ConfigurationError("proposal_decided", name=machine, place=self._place)
             for one in every.values():
                 if one.accepted and one.sha256 != before.sha256:
                     _step(connection, machine, ProposalState.WITHDRAWN, who, why, one.sha256)
@@ -778,8 +798,11 @@ class Registry:
             raise ConfigurationError("run_of_other_machine", name=owner, place=place)
         return new
 
-    def axis_runs(self, machine: str) -> list[AxisRun]:
-        """Return the positioning runs of a machine, also by a former name, by axis and start."""
+    def axis_runs(self, machine: str, sha256: str | None = None) -> list[AxisRun]:
+        """Return the positioning runs of a machine, also by a former name, by axis and start.
+
+        With a hash, only that of this file.
+        """
         run, c = _axis_runs.c, _machines.c
         with self._asked() as connection:
             renamed = _renamed(connection)
@@ -789,6 +812,7 @@ class Registry:
                 sa.select(run.result)
                 .join(_machines, c.id == run.machine_id)
                 .where(c.name.in_(names))
+                .where(sa.true() if sha256 is None else run.sha256 == sha256)
                 .order_by(run.axis, run.start_utc)
             )
             rows = connection.execute(query).scalars().all()
@@ -825,16 +849,34 @@ def _step(
     _inserted(connection, _steps, [{"proposal_id": i, **rest} for i in ids])
 
 
+def _begun_anew(connection: sa.Connection, key: int, now: datetime) -> None:
+    """Let a proposal be decided on again; what became of it stays as steps of other names."""
+    d, s, until = _decisions.c, _steps.c, f" until {now.isoformat()}"
+    kept = sa.update(_steps).where(s.proposal_id == key, s.step.in_(_STEPS))
+    connection.execute(kept.values(step=s.step + until))
+    own = d.proposal_id == key
+    row = connection.execute(sa.select(d.who, d.why, d.added_utc, d.accepted).where(own)).one()
+    step = _DECIDED[row.accepted] + until
+    rest = {"who": row.who, "why": row.why, "added_utc": row.added_utc}
+    _inserted(connection, _steps, [{"proposal_id": key, "step": step, **rest}])
+    connection.execute(sa.delete(_decisions).where(own))
+
+
 def _proposals_of(
-    connection: sa.Connection, machine: str | None = None
+    connection: sa.Connection, machine: str | None = None, *, in_force: bool = False
 ) -> dict[int, StoredProposal]:
-    """Return proposals by their id, the first one first."""
+    """Return proposals by their id, the first one first.
+
+    Only those for the model in force: without their content.
+    """
     m, c, d, s = _machines.c, _proposals.c, _decisions.c, _steps.c
-    own = sa.true() if machine is None else m.name == machine
+    for_model = c.parent_sha256 == m.model_sha256
+    own = (sa.true() if machine is None else m.name == machine) & (for_model | (not in_force))
     joined = _proposals.join(_machines, m.id == c.machine_id)
     query = (
         sa.select(
-            *(c.id, m.name, c.sha256, c.parent_sha256, c.day, c.content),
+            *(c.id, m.name, c.sha256, c.parent_sha256, c.day),
+            sa.literal("") if in_force else c.content,
             *(d.accepted, d.who, d.why, d.added_utc),
         )
         .select_from(joined.outerjoin(_decisions, d.proposal_id == c.id))
@@ -847,6 +889,7 @@ def _proposals_of(
     steps: dict[int, dict[str, tuple[str, str]]] = {}
     for row in connection.execute(taken.where(own)):
         steps.setdefault(row.proposal_id, {})[row.step] = (row.who, row.why)
+    proposed = _proposed_last(connection, own)
     found: dict[int, StoredProposal] = {}
     rows: Sequence[Any] = connection.execute(query).all()
     for row in rows:
@@ -860,6 +903,42 @@ def _proposals_of(
             withdrawn=reached.get(ProposalState.WITHDRAWN),
             decided_utc=None if row[-1] is None else _utc(row[-1]),
         )
+    moving = {(o.machine, o.parent_sha256) for o in found.values() if o.state in _TO_FETCH}
+    for i, one in found.items():
+        newest = proposed.get(one.machine) == (one.parent_sha256, one.sha256)
+        if one.accepted is None and (not newest or (one.machine, one.parent_sha256) in moving):
+            found[i] = replace(one, state=ProposalState.SUPERSEDED)
+    return found
+
+
+def _proposed_last(
+    connection: sa.Connection, own: sa.ColumnElement[bool]
+) -> dict[str, tuple[str, str | None]]:
+    """Return the model in force and what was proposed for it by the newest night that judged it.
+
+    Of machines alone for whose model something is proposed that nobody has decided on. A night
+    without touches judges no model; one with doubtful sensors proposes none.
+    """
+    m, p, n = _machines.c, _proposals.c, _nights.c
+    undecided = (
+        sa.select(p.machine_id, sa.func.max(p.day).label("day"))
+        .join(_machines, m.id == p.machine_id)
+        .outerjoin(_decisions, _decisions.c.proposal_id == p.id)
+        .where(own, p.parent_sha256 == m.model_sha256, _decisions.c.id.is_(None))
+        .group_by(p.machine_id)
+        .subquery()
+    )
+    query = (
+        sa.select(m.name, n.model_sha256, n.outcome, n.result)
+        .join(_machines, (m.id == n.machine_id) & (m.model_sha256 == n.model_sha256))
+        .join(undecided, (undecided.c.machine_id == m.id) & (n.day >= undecided.c.day))
+        .order_by(n.day, n.id)
+    )
+    found: dict[str, tuple[str, str | None]] = {}
+    for row in connection.execute(query):
+        result = json.loads(row.result)
+        if row.outcome == NightOutcome.VERIFIED or result["sensor_codes"]:
+            found[row.name] = row.model_sha256, result["proposal_sha256"]
     return found
 
 

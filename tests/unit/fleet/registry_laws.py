@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
+from typing import Any
 
 import pytest
 
@@ -36,6 +37,16 @@ def result_of(machine: FleetMachine, minutes: int = 1440) -> NightResult:
         outcome=NightOutcome.UNVERIFIED,
         minutes=minutes,
     )
+
+
+def proposing(machine: FleetMachine, times: float, days: int = 0, **found: Any) -> NightResult:
+    """Return a night, so many days after the last one, that proposes a gain so many times."""
+    usual: dict[str, Any] = {
+        "day": LAST + timedelta(days=days),
+        "outcome": NightOutcome.VERIFIED,
+        "proposal": model_of(times * GAIN),
+    }
+    return replace(result_of(machine), **{**usual, **found})
 
 
 def twenty() -> list[FleetMachine]:
@@ -158,7 +169,7 @@ class RegistryLaws:
             one, other = machine_of("old"), machine_of("other")
             for machine in (one, other):
                 registry.add(machine, "first")
-            registry.record([replace(result_of(one), proposal=model_of(1.1 * GAIN))])
+            registry.record([proposing(one, 1.1)])
             assert not registry.rename("old", "new")
             assert not registry.rename("old", "new")  # said twice
             assert registry.machines() == [replace(one, name="new", formerly=("old",)), other]
@@ -203,14 +214,13 @@ class RegistryLaws:
                 Standing("A", "mill", None, None, machine.model_sha256),
                 Standing("B", "mill", None, None, other.model_sha256),
             ]
-            before = replace(result_of(machine, 7), day=LAST - timedelta(days=1))
-            worse, better = (replace(before, proposal=model_of(x * GAIN)) for x in (1.1, 1.2))
-            registry.record([replace(result_of(machine), proposal=better.proposal), worse])
+            last = proposing(machine, 1.2)
+            registry.record([last, proposing(machine, 1.1, days=-1)])
             (stands,) = registry.standings("A")
             (newest,) = registry.nights(LAST)
             assert stands.night == newest
-            assert stands.proposed_sha256 == registry.proposals("A")[-1].sha256
-            seen = registry.proposals("A")[0].sha256
+            assert stands.proposed_sha256 == registry.proposals("A")[0].sha256
+            seen = registry.proposals("A")[1].sha256
             with pytest.raises(ConfigurationError, match="Nothing is proposed"):
                 registry.decide("A", accepted=True, who="Anna", why="w", sha256=seen)
             seen = stands.proposed_sha256 or ""
@@ -241,8 +251,7 @@ class RegistryLaws:
             with pytest.raises(ConfigurationError, match="Nothing is proposed"):
                 registry.decide("A", accepted=True, who="Anna", why="w")
             for days in (0, 1):
-                result = replace(result_of(machine), proposal=better)
-                registry.record([replace(result, day=LAST + timedelta(days=days))])
+                registry.record([proposing(machine, 1.1, days)])
             (proposal,) = registry.proposals("A")
             assert proposal.accepted is None
             assert parse_model(proposal.content, name="A") == better
@@ -257,6 +266,88 @@ class RegistryLaws:
             with pytest.raises(ConfigurationError, match="Nothing is proposed"):
                 registry.decide("A", accepted=True, who="Jan", why="w")
 
+    def test_only_what_the_newest_night_that_judged_proposes_waits_for_a_person(
+        self, made: Made
+    ) -> None:
+        machine = machine_of("A")
+        still = Message("log-stuck", {}, Place(channel="T_spindle_C"))
+        verified = {"outcome": NightOutcome.VERIFIED, "proposal": None}
+        with made() as registry:
+            registry.add(machine, "first")
+
+            def states(night: NightResult | None = None) -> list[str]:
+                registry.record([night] if night else [])
+                found = [str(one.state) for one in registry.proposals("A")]
+                waits = registry.standings("A")[0].proposed_sha256
+                assert (waits is not None) == ("open" in found)
+                return found
+
+            def decide(**words: bool) -> None:
+                registry.decide("A", who="Anna", why="w", **words)
+
+            assert states(proposing(machine, 1.1)) == ["open"]
+            untouched = replace(result_of(machine), day=LAST + timedelta(days=1))
+            assert states(untouched) == ["open"]
+            assert states(proposing(machine, 1.2, 2)) == ["superseded", "open"]
+            stuck = replace(untouched, day=LAST + timedelta(days=3), sensors=(still,))
+            assert states(stuck) == ["superseded"] * 2
+            with pytest.raises(ConfigurationError, match="Nothing is proposed"):
+                decide(accepted=True)
+            assert states(proposing(machine, 1.3, 4)) == ["superseded"] * 2 + ["open"]
+            assert states(proposing(machine, 1.0, 5, **verified)) == ["superseded"] * 3
+            assert states(proposing(machine, 1.3, 6)) == ["superseded"] * 2 + ["open"]
+            decide(accepted=True)
+            assert states(proposing(machine, 1.4, 7)) == [
+                *["superseded"] * 2,
+                *("accepted", "superseded"),
+            ]
+            with pytest.raises(ConfigurationError, match="decided on already"):
+                decide(accepted=True)
+            registry.withdraw("A", who="Anna", why="w")
+            assert states()[-1] == "open"
+            decide(accepted=False)
+            assert states()[-1] == "rejected"
+
+    def test_nothing_is_accepted_of_a_machine_that_is_named_for_a_sensor(self, made: Made) -> None:
+        still = Message("log-stuck", {}, Place(channel="T_spindle_C"))
+        with made() as registry:
+            machines = twenty()
+            for machine in machines:
+                registry.add(machine, "first")
+            registry.record(map(result_of, machines[1:]))
+            registry.record([proposing(machines[0], 1.1, sensors=(still,))])
+            registry.judge(LAST)
+            with pytest.raises(ConfigurationError, match="named for a sensor"):
+                registry.decide("M00", accepted=True, who="Anna", why="w")
+            assert not registry.decide("M00", accepted=False, who="Anna", why="w").accepted
+
+    def test_a_model_that_is_known_of_another_machine_alone_is_not_taken_for_ones_own(
+        self, made: Made
+    ) -> None:
+        with made() as registry:
+            for name, gain in (("A", 1.0), ("B", 2.0), ("C", 1.0)):
+                registry.add(machine_of(name, gain), "first")
+            with pytest.raises(ConfigurationError, match="of B alone"):
+                registry.report("A", model_of(2.0))
+            assert registry.machines(["A"]) == [machine_of("A", 1.0)]
+            assert registry.report("B", model_of(3.0)) == machine_of("B", 2.0).model_sha256
+            registry.rename("B", "A")
+            assert registry.report("A", model_of(2.0)) == machine_of("A", 1.0).model_sha256
+
+    def test_a_night_that_was_set_aside_is_missing_only_when_it_is_asked_for_again(
+        self, made: Made
+    ) -> None:
+        machines = [machine_of("A"), machine_of("B")]
+        with made() as registry:
+            for machine in machines:
+                registry.add(machine, "first")
+            aside = replace(result_of(machines[0]), outcome=NightOutcome.SET_ASIDE)
+            registry.record([aside, replace(result_of(machines[1]), last_id=1440)])
+            assert registry.missing(LAST) == []
+            assert registry.missing(LAST, again=True) == machines[:1]
+            assert registry.record([replace(result_of(machines[0]), last_id=1440)]) == 1
+            assert registry.missing(LAST, again=True) == []
+
     def test_a_positioning_run_is_stored_once_whatever_its_file(self, made: Made) -> None:
         other_axis = replace(AXIS_RUN, axis="Y", sha256="y")
         with made() as registry:
@@ -268,6 +359,8 @@ class RegistryLaws:
             assert not registry.add_axis_run(replace(AXIS_RUN, name="run.rtl", sha256="rtl"))
             assert registry.axis_runs("A") == [AXIS_RUN, other_axis]
             assert registry.axis_runs("B") == []
+            assert registry.axis_runs("A", "y") == [other_axis]
+            assert registry.axis_runs("B", "y") == []
             with pytest.raises(ConfigurationError, match="stored as a run of A"):
                 registry.add_axis_run(replace(AXIS_RUN, machine="B"))
             with pytest.raises(ConfigurationError, match="A, B"):
@@ -300,10 +393,7 @@ class RegistryLaws:
             assert registry.proposals("A") == []
             assert registry.axis_runs("A") == []
             assert len(registry.nights(LAST)) == 1
-            proposed = replace(
-                result_of(machine_of("A")), day=LAST - timedelta(days=1), proposal=model_of(1.0)
-            )
-            registry.record([proposed])
+            registry.record([proposing(machine_of("A"), 2.0, days=1)])
             registry.decide("A", accepted=True, who="Anna", why="w")
             (withdrawn,) = registry.withdraw("A", who="Jan", why="too cold")
             assert withdrawn.state is ProposalState.ACCEPTED
@@ -314,12 +404,14 @@ class RegistryLaws:
     ) -> None:
         with made() as registry:
             registry.add(machine_of("A"), "first")
-        with Registry.make(url, "elsewhere", password) as registry:
+        with pytest.raises(ConfigurationError, match="its lake is lake"):
+            Registry.make(url, "elsewhere", password)
+        with Registry.make(url, "elsewhere", password, move_lake=True) as registry:
             assert (registry.lake, len(registry.machines())) == ("elsewhere", 1)
             with registry._asked() as connection:
                 connection.exec_driver_sql("UPDATE registry SET value = '99'"
                                            " WHERE name = 'version'")  # fmt: skip
-        for open_it in (made, lambda: Registry.make(url, "lake", password)):
+        for open_it in (made, lambda: Registry.make(url, "elsewhere", password)):
             with pytest.raises(ConfigurationError, match="version 99"):
                 open_it()
 

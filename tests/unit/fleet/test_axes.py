@@ -130,11 +130,17 @@ def test_runs_are_collected_once_and_shown_with_the_machine(
     shutil.copytree(measured, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     found = collect(capsys, "runs")
-    assert found == {"runs": 2, "stored": 2, "known": 0, "unread": []}
+    assert found == {"runs": 2, "stored": 2, "known": 0, "unread": [], "others": []}
     assert collect(capsys, "runs", "2024.rtl")["known"] == 3  # the same run in another format
-    (tmp_path / "runs" / "broken.csv").write_text("1,2\n")
-    (said,) = collect(capsys, "runs", code=1)["unread"]
-    assert "broken.csv" in said
+    for name in ("log.csv", "broken.rtl"):
+        (tmp_path / "runs" / name).write_text("1,2\n")
+    found = collect(capsys, "runs", code=1)
+    assert (found["runs"], found["known"]) == (3, 2)
+    assert ["log.csv" in found["others"][0], "broken.rtl" in found["unread"][0]] == [True, True]
+    assert len(collect(capsys, "runs/log.csv", code=1)["unread"]) == 1
+    (tmp_path / "runs" / "broken.rtl").unlink()
+    assert main(["fleet", "collect", "registry.db", "runs"]) == 0
+    assert "no positioning runs: 1\n" in capsys.readouterr().out
     assert main(["fleet", "collect", "registry.db", "runs", "--machine", "Mill 2"]) == 2
     assert "Mill 1" in capsys.readouterr().err
     assert collect(capsys, "runs/2024.csv", "--axis", "Y")["known"] == 1

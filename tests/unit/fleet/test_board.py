@@ -19,7 +19,7 @@ from thermaxis.board import MOST_LINES, Need, board_application, board_settings,
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, parse_model
-from thermaxis.fleet import Cause, NightOutcome, NightResult, OutputNight, Registry
+from thermaxis.fleet import ADDED, Cause, NightOutcome, NightResult, OutputNight, Registry
 from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role, User, hash_password, write_users
 from thermaxis.screen.access._user_sessions import KEEP_ALIVE_S
@@ -216,6 +216,41 @@ def test_a_named_machine_stands_with_its_cause_and_one_sensor_is_said_once(
         assert sentence("cause-sensor_frozen", language=language) in said
         assert sentence("fault-sensor_frozen.remedy", language=language) in said
         assert sentence("log-stuck.remedy", language=language) not in said
+
+
+def test_nothing_is_accepted_beside_a_sensor_that_is_named_and_the_page_says_so(
+    crew: Browser, registry: Registry
+) -> None:
+    proposed = model_of(1.2 * GAIN)
+    registry.record([night_of(MARKUP, 1, sensors=(STUCK,)), night_of("sound", 1)])
+    stuck = replace(night_of("better", -1, sensors=(STUCK,)), proposal=proposed)
+    registry.record([stuck, *(night_of(name, -1) for name in ("sound", "aside", MARKUP))])
+    registry.judge(LAST + timedelta(days=1))
+    crew.log_in("anna")
+    for page in (crew.get("/").text, crew.get("/machine?name=better").text):
+        assert sentence("fleet-sensors_first") in text_of(page)
+        assert 'value="accept"' not in page
+    asked = {**ASKED, "sha256": model_sha256(proposed)}
+    assert crew.post("/decide", asked).status_code == 409
+    assert crew.post("/decide", {**asked, "accepted": False}).status_code == 200
+
+
+def test_what_is_decided_is_no_proposal_any_more_and_what_is_old_is_called_so(
+    browser: Browser, registry: Registry
+) -> None:
+    old, new = PROPOSED[:12], model_sha256(model_of(1.2 * GAIN))[:12]
+    registry.record([night_of("better", -1, proposal=model_of(1.2 * GAIN))])
+    registry.add(machine_of("added"), ADDED)
+    for language in LANGUAGES:
+        said = text_of(browser.get("/machine?name=better", language).text)
+        for key, sha256 in (("fleet-superseded", old), ("fleet-open", new)):
+            assert sentence(key, {"sha256": sha256}, language=language) in said
+        page = browser.get("/machine?name=added", language).text
+        assert text_of(page).count(f", {sentence('fleet-why_added', language=language)}") == 1
+    registry.decide("better", accepted=False, who="Eva", why="worn")
+    page = browser.get("/machine?name=better").text
+    assert sentence("fleet-mark_proposed", {"sha256": new}) not in page
+    assert sentence("fleet-mark_rejected", {"sha256": new, "who": "Eva", "why": "worn"}) in page
 
 
 def test_the_axes_of_a_machine_stand_with_their_runs_and_what_changes(

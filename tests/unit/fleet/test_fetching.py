@@ -139,8 +139,11 @@ def test_what_was_compared_with_another_model_or_does_not_fit_is_not_fetched(
     write_model(THIRD, machine.parent / "models" / "third.json")
     choose(machine, "third.json")
     before = models(machine)
-    with refused("proposal_of_other_model"):
-        fetched(machine, registry)
+    found = fetched(machine, registry)
+    assert (found.model, [one.code for one in found.remarks]) == (
+        None,
+        ["remark-proposal_of_other_model"],
+    )
     assert models(machine) == before
     assert registry.machines()[0].model_sha256 == model_sha256(THIRD)
     propose(registry, model("T_nobody_C", "T_column_C"), THIRD)
@@ -197,6 +200,18 @@ def test_the_model_before_is_fetched_after_a_rollback_and_the_other_goes(
     assert (found.known_before, found.model) == (model_sha256(BETTER), None)
     assert found.removed == (file_of(BETTER),)
     assert states(registry) == [ProposalState.WITHDRAWN, ProposalState.IN_FORCE]
+    write_model(BETTER, machine.parent / "models" / "by hand.json")
+    choose(machine, "by hand.json")
+    assert fetched(machine, registry).model is None
+    again = {"who": "Eva", "why": "cold again"}
+    assert registry.roll_back(NAME, **again).sha256 == model_sha256(FIRST)
+    (_, back) = registry.proposals(NAME)
+    assert (back.state, back.who) == (ProposalState.ACCEPTED, "Eva")
+    with registry._asked() as connection:
+        kept = connection.exec_driver_sql("SELECT step, who FROM steps ORDER BY id").all()
+    assert {(step.partition(" until ")[0], who) for step, who in kept if "until" in step} == {
+        *{("accepted", "Anna"), ("fetched", NAME), ("in_force", NAME)}
+    }
 
 
 def test_a_model_is_withdrawn_while_it_is_fetched(

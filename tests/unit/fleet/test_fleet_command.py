@@ -128,6 +128,12 @@ def test_a_night_is_done_again_once_more_of_its_day_was_shipped(fleet, capsys):
     assert answer(capsys, *night)["asked"] == 0
 
 
+def test_a_name_under_which_nothing_was_shipped_is_said(fleet, capsys):
+    for name, said in (("../good", True), ("good", False)):
+        assert main(["fleet", "add", "registry.db", name, "model.json"]) == 0
+        assert ("Nothing was shipped under this name" in capsys.readouterr().out) == said
+
+
 def test_another_name_of_a_machine_is_said(fleet, capsys):
     renamed = ["fleet", "add", "registry.db", "Lathe 4", "model.json", "--renames"]
     assert main([*renamed, "good"]) == 0
@@ -146,6 +152,8 @@ def test_another_name_of_a_machine_is_said(fleet, capsys):
         (("night", "registry.db", "--workers", "1", "--scheduler", "tcp://x"), "exclude"),
         (("add", "registry.db", "good", "model.json", "--channel", "T_x=y"), "T_spindle_C"),
         (("init", "registry.db", "no lake"), "no such folder"),
+        (("init", "registry.db", "."), "--move-lake"),
+        (("add", "registry.db", "good", "machine.toml"), "not a model"),
         (("show", "nothing.db"), "no such file"),
         (("machine", "registry.db", "good", "--password-file", "x"), "URL"),
     ],

@@ -56,6 +56,16 @@ def files(folder: Path) -> dict[str, str]:
     }
 
 
+def test_days_to_come_are_not_sent_as_what_a_machine_did(tmp_path: Path, lake: Path) -> None:
+    history = written(tmp_path / "machine")
+    (day, *_) = sorted((tmp_path / "machine").rglob("day=*"))
+    day.rename(day.with_name("day=2930-01-01"))
+    found = shipped(history, lake)
+    assert {*codes(found)} == {"part_of_future"}
+    assert found.parts - found.sent == len(found.remarks) > 0
+    assert not any("2930" in name for name in files(lake))
+
+
 def codes(found: Shipment) -> list[str]:
     return [one.code.removeprefix("remark-") for one in found.remarks]
 

@@ -7,7 +7,7 @@ import argparse
 import asyncio
 import sys
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from typing import Any, cast
@@ -17,7 +17,7 @@ from thermaxis.cli._arguments import add_json, adder, count, day, refuse_both
 from thermaxis.cli._database import add_password_file, database_of
 from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
-from thermaxis.cli._reading import Reading, add_reading, reading_of
+from thermaxis.cli._reading import add_reading, reading_of
 from thermaxis.cli.axis.trend import values_of_change
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError, ThermaxisError
@@ -30,6 +30,7 @@ from thermaxis.files import (
     write_model,
 )
 from thermaxis.messages import remedy_of, sentence, sentence_of, text_of
+from thermaxis.positioning import PositioningTest
 from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_SYMBOLS
 from thermaxis.report.tables import Part, Table, Value, as_json, messages_of, values_of
@@ -66,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     init = action("init", "make a registry, or bring an older one to this version")
     adder(init)("lake LAKE", "folder to which machines ship, or a URL of fsspec")
+    adder(init)("--move-lake", "LAKE takes the place of the one that the registry has", bool)
     _add_machine(action("add", "add a machine, or give one another model"))
     collected = action("collect", "store positioning runs of machines' axes, each once")
     add = adder(collected)
@@ -90,6 +92,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         count("number", 0),
     )
     add("--scheduler URL", "scheduler of a Dask cluster that exists: tls://host:8786")
+    add("--again", "do those that were set aside, too", bool)
     add("--dry-run", "only say what is missing", bool)
     add_json(nights)
     shown = action("show", "show the machines' last night")
@@ -132,7 +135,7 @@ def _add_machine(added: argparse.ArgumentParser) -> None:
         _pair,
         many=True,
     )
-    add("--why TEXT", "why this model (default: added)", default="added")
+    add("--why TEXT", f"why this model (default: {fleet.ADDED})", default=fleet.ADDED)
     add("--from-sisters", "write MODEL first, a new file: the median of the kind's models", bool)
     add("--renames OLD", "the machine was called so; or it is that one, too, and both are one")
 
@@ -173,9 +176,8 @@ def run(arguments: argparse.Namespace) -> int:
         lake = arguments.lake
         if "://" not in lake:
             lake = str(Path(lake).absolute())
-        with fleet.Registry.make(address[0], lake, address[1]) as made:
-            known = f" in place of {made.former_lake}" if made.former_lake else ""
-        sys.stdout.write(f"The registry is there; its lake is {lake}{known}.\n")
+        fleet.Registry.make(address[0], lake, address[1], move_lake=arguments.move_lake).close()
+        sys.stdout.write(f"The registry is there; its lake is {lake}.\n")
         return 0
     actions = {"add": _add, "night": _night, "show": _show, "machine": _machine}
     actions |= {"accept": _decide, "reject": _decide, "fetch": _fetch}
@@ -185,6 +187,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _add(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
+    if arguments.model.suffix.casefold() == ".toml":
+        raise ConfigurationError("configuration_for_model", place=Place(str(arguments.model)))
     if arguments.from_sisters:
         if arguments.model.exists():
             raise ConfigurationError("file_exists", place=Place(str(arguments.model)))
@@ -212,6 +216,10 @@ def _add(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
         sys.stdout.write(f"{arguments.machine} {known_as}.\n")
     new = registry.add(machine, arguments.why)
     sys.stdout.write(f"{arguments.machine} is {'added' if new else 'there, with this model'}.\n")
+    with suppress(ThermaxisError):  # the lake need not be within reach of who adds
+        names = [arguments.machine, *([former] if former else [])]
+        if not any(map(fleet.Lake(registry.lake).days, names)):
+            sys.stdout.write("Nothing was shipped under this name yet: it is the machine's own.\n")
     return 0
 
 
@@ -228,23 +236,30 @@ def _collect(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     for path in arguments.runs:
         found = sorted(path.rglob("*")) if path.is_dir() else [path]
         files += (one for one in found if one == path or one.suffix.lower() in _RUN_SUFFIXES)
-    reading, stored, unread = reading_of(arguments), 0, list[str]()
+    reading, stored = reading_of(arguments), 0
+    unread, others = list[str](), list[str]()
     with Progress() as progress:
         for done, path in enumerate(files):
             progress("runs", done, len(files))
+            lost = others if path not in arguments.runs and path.suffix != ".rtl" else unread
             try:
-                stored += _collected(arguments, registry, path, reading)
+                test, sha256 = read_positioning_with_sha256(path, **reading)
+                lost = unread  # it is a run
+                stored += _collected(arguments, registry, path.name, test, sha256)
             except ThermaxisError as error:
                 if error.code == "registry_out_of_reach":
                     raise
                 inside = error.at(error.message.place._replace(file=""))
-                unread.append(f"{printable(str(path))}: {text_of(inside.message)}")
+                lost.append(f"{printable(str(path))}: {text_of(inside.message)}")
+    runs = len(files) - len(others)
     show(
         [
-            Value("runs", len(files), "runs"),
+            Value("runs", runs, "runs"),
             Value("stored", stored, "stored"),
-            Value("known", len(files) - stored - len(unread), "known already"),
+            Value("known", runs - stored - len(unread), "known already"),
             Value("unread", unread, "not stored"),
+            Value("others", others),
+            Value("", len(others), "other files, no positioning runs" if others else None),
         ],
         arguments.json,
     )
@@ -252,20 +267,22 @@ def _collect(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
 
 
 def _collected(
-    arguments: argparse.Namespace, registry: fleet.Registry, path: Path, reading: Reading
+    arguments: argparse.Namespace,
+    registry: fleet.Registry,
+    name: str,
+    test: PositioningTest,
+    sha256: str,
 ) -> bool:
-    test, sha256 = read_positioning_with_sha256(path, **reading)
     machine: str = arguments.machine or test.header.get("machine", "")
     axis: str = arguments.axis or test.header.get("axis", "")
-    for name, option in ((machine, "--machine"), (axis, "--axis")):
-        if not name:
+    for stated, option in ((machine, "--machine"), (axis, "--axis")):
+        if not stated:
             raise ConfigurationError("run_states_none", option=option)
     if test.start is None:
         raise ConfigurationError("run_without_start")
-    if any(run.sha256 == sha256 for run in registry.axis_runs(machine)):
+    if registry.axis_runs(machine, sha256):
         return False
-    run = fleet.axis_run(machine, axis, test, test.start, path.name, sha256)
-    return registry.add_axis_run(run)
+    return registry.add_axis_run(fleet.axis_run(machine, axis, test, test.start, name, sha256))
 
 
 def _axis(trend: fleet.AxisTrend) -> list[Value]:
@@ -319,7 +336,7 @@ def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     if asked >= today:
         raise ConfigurationError("day_not_over", place=Place(key="--day"))
     chosen = {machine.name for machine in registry.machines(arguments.machine)}
-    missing = [machine for machine in registry.missing(asked) if machine.name in chosen]
+    missing = [m for m in registry.missing(asked, again=arguments.again) if m.name in chosen]
     late = [
         (machine, day)
         for day in (asked - timedelta(days=1), asked)
@@ -477,15 +494,15 @@ def _roll_back(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
 
 
 def _fetch(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
-    """Fetch; the code is 1 where a withdrawn model cannot be removed."""
+    """Fetch; the code is 1 where an accepted model is not brought, or a withdrawn one stays."""
     configuration = read_machine(arguments.configuration)
     found = fleet.fetch(configuration, registry)
     news = f"; the registry knew {found.known_before[:12]}" if found.known_before else ""
     said = [f"{found.machine} has {found.model_sha256[:12]} in force{news}."]
     said += [f"removed, as it was withdrawn: {name}" for name in found.removed]
-    if found.model is None:
+    if found.model is None and not found.remarks:
         said.append("There is no accepted model to fetch.")
-    else:
+    elif found.model is not None:
         proposal = Path(found.model).with_suffix(PROPOSAL_SUFFIX)
         command = f"thermaxis relearn {arguments.configuration.name} --accept {proposal}"
         said.append(f"{'written' if found.written else 'there already'}: {found.model}")
