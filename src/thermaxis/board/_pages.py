@@ -16,13 +16,16 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.fleet import (
     ADDED,
     IN_FORCE,
+    Evidence,
+    Judgement,
     Registry,
     StoredModel,
     StoredNight,
     StoredProposal,
     axis_trends,
+    evidence_of,
 )
-from thermaxis.messages import remedy_of, sentence, sentence_of
+from thermaxis.messages import remedy_of, sentence, sentence_of, short_names
 from thermaxis.runtime import Role
 from thermaxis.screen.access import needs, render, visitor_of
 from thermaxis.web import RefusedError, answer_json, for_script, object_of
@@ -84,13 +87,15 @@ async def _machine(request: Request) -> Response:
     def read(registry: Registry) -> tuple[list[Line], *tuple[Any, ...]]:
         lines, nights = _lines(registry, name), registry.nights(machine=name)
         axes = axis_trends(registry.axis_runs(name)) if lines else ()
-        return lines, nights, registry.models(name), registry.proposals(name), axes
+        named = registry.judgements(machine=name)
+        return lines, nights, registry.models(name), registry.proposals(name), named, axes
 
-    lines, nights, models, proposals, axes = await parts_of(request).asked(read)
+    lines, nights, models, proposals, named, axes = await parts_of(request).asked(read)
     if not lines:
         raise RefusedError(HTTPStatus.NOT_FOUND, "fleet-no_machine")
     (line,) = lines
     latest = {night.day: night for night in nights}
+    evidence = [] if line.judgement is None else evidence_of(line.judgement, nights)
     visitor = visitor_of(request)
     return render(
         request,
@@ -103,7 +108,13 @@ async def _machine(request: Request) -> Response:
         models=models[::-1],
         nights=list(latest.values())[: -MOST_NIGHTS - 1 : -1],
         decides=visitor.person is not None and visitor.role.at_least(Role.ENGINEER),
-        story=for_script(_story(latest, models, proposals, visitor.language)),
+        story=for_script(
+            {
+                **_story(latest, models, proposals, named, visitor.language),
+                "evidence": [_shown(one, visitor.language) for one in evidence],
+            }
+        ),
+        evidence=evidence,
         axes=axes,
         worst_of=worst_of,
         messages_of=messages_of,
@@ -135,6 +146,7 @@ def _story(
     nights: Mapping[date, StoredNight],
     models: Sequence[StoredModel],
     proposals: Sequence[StoredProposal],
+    named: Sequence[Judgement],
     language: str,
 ) -> dict[str, object]:
     """Return what the charts show: figures by output over the nights, and what happened."""
@@ -162,6 +174,13 @@ def _story(
             if p.decided_utc is not None
             for key in ["accepted" if p.accepted else "rejected"]
         ),
+        *(
+            {"x": _noon(one.day), "text": text, "kind": "alarm"}
+            for before, one in zip([None, *named], named, strict=False)
+            if before is None or before.causes[:1] != one.causes[:1]
+            for cause in [sentence(f"cause-{one.causes[0]}", language=language)]
+            for text in [sentence("fleet-mark_named", {"cause": cause}, language=language)]
+        ),
     ]
     return {
         "outputs": {
@@ -175,6 +194,20 @@ def _story(
             for name, some in outputs.items()
         },
         "marks": marks,
+    }
+
+
+def _shown(one: Evidence, language: str) -> dict[str, object]:
+    """Return what a chart shows of a sign that departs."""
+    cause = sentence(f"cause-{one.cause}", language=language)
+    return {
+        "title": f"{cause}: {short_names(one.of.replace(',', ', '))}",
+        "unit": one.unit,
+        "t": [_noon(day) for day in one.days],
+        "y": one.departures,
+        "low": [low for low, _ in one.twice_std],
+        "high": [high for _, high in one.twice_std],
+        "limits": one.limits,
     }
 
 

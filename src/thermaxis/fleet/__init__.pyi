@@ -13,6 +13,7 @@ from ._engine import (
     results_of as results_of,
     serial_engine as serial_engine,
 )
+from ._evidence import Evidence as Evidence, evidence_of as evidence_of
 from ._fetching import Fetch as Fetch, fetch as fetch
 from ._judging import (
     Cause as Cause,

@@ -631,14 +631,17 @@ class Registry:
             found = _known(connection).get(_LAST_JUDGED)
         return None if found is None else date.fromisoformat(found)
 
-    def judgements(self, day: date) -> list[Judgement]:
-        """Return the machines that were named on a day, the surest first."""
+    def judgements(self, day: date | None = None, machine: str | None = None) -> list[Judgement]:
+        """Return who was named on a day, the surest first, or when a machine was, by day."""
         query = sa.select(_judged.c.judgement, _machines.c.name)
         query = query.join(_machines, _machines.c.id == _judged.c.machine_id)
+        query = query.where(_alive() if machine is None else _machines.c.name == machine)
+        if day is not None:
+            query = query.where(_judged.c.day == day)
         with self._asked() as connection:
-            rows = connection.execute(query.where(_judged.c.day == day, _alive())).all()
+            rows = connection.execute(query).all()
         found = (judgement_of_json(json.loads(row[0]) | {"machine": row[1]}) for row in rows)
-        return sorted(found, key=surest_first)
+        return sorted(found, key=lambda one: (one.day, surest_first(one)))
 
     # ---- proposals ------------------------------------------------------------------------------
 
@@ -664,10 +667,8 @@ class Registry:
         """
         (known,) = self.machines([machine])
         machine, day = known.name, self.last_judged()
-        named = (
-            next((o for o in self.judgements(day) if o.machine == machine), None) if day else None
-        )
-        if accepted and named is not None and not SENSOR_CAUSES.isdisjoint(named.causes):
+        named = () if day is None else self.judgements(day, machine)
+        if accepted and any(not SENSOR_CAUSES.isdisjoint(one.causes) for one in named):
             raise ConfigurationError("sensors_first", name=machine, place=self._place)
         with self._asked() as connection:
             every = _proposals_of(connection, machine)

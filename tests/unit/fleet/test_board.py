@@ -8,6 +8,7 @@ from datetime import timedelta
 from html import unescape
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import httpx2 as httpx
 import pytest
@@ -211,6 +212,8 @@ def test_a_named_machine_stands_with_its_cause_and_one_sensor_is_said_once(
         ("better", (Need.PROPOSAL,)),
     ]
     registry.record([night_of("sound", -1)])  # nights of the next day begin to come
+    page = browser.get(f"/machine?name={quote(MARKUP)}").text
+    assert page.count(sentence("fleet-mark_named", {"cause": "sensor stands still"})) == 1
     for language in LANGUAGES:
         said = text_of(browser.get("/", language).text)
         assert sentence("cause-sensor_frozen", language=language) in said

@@ -13,14 +13,29 @@ const SHOWN = /** @type {[string, string, string][]} */ ([
 ]);
 const story = JSON.parse(byId("story").textContent ?? "");
 
+/**
+ * Add a chart of the nights.
+ * @param {string} place @param {string} title @param {import("../chart/chart.js").Chart} chart
+ */
+function add(place, title, chart) {
+  const element = made("div", "", "fleet-chart");
+  byId(place).append(made("h3", title), element);
+  drawChart(element, { marks: story.marks, time: true, ...chart });
+}
+
+for (const { title, unit, t, y, low, high, limits } of story.evidence) {
+  add("evidence", title, {
+    marks: story.marks.filter((/** @type {{kind: string}} */ one) => one.kind === "alarm"),
+    lines: [{ name: word("fleet-departure"), unit, x: t, y, low, high, digits: 2 }],
+    bands: [{ high: limits[0], text: word("fleet-limit") }, { low: limits[1] }],
+    yTitle: unit,
+    label: `${title} ${word("fleet-departure")}`,
+  });
+}
 for (const [name, some] of Object.entries(story.outputs)) {
-  const chart = made("div", "", "fleet-chart");
-  byId("charts").append(made("h3", name.replace(/_um$/, "")), chart);
-  drawChart(chart, {
+  add("charts", name.replace(/_um$/, ""), {
     lines: SHOWN.map(([key, text, dash]) =>
       ({ name: text, unit: "µm", x: some.t, y: some[key], dash, digits: 2 })),
-    marks: story.marks,
-    time: true,
     yTitle: "µm",
     label: `${name} ${word("fleet-residual")}`,
   });

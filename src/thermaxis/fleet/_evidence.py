@@ -1,0 +1,106 @@
+"""What carries a naming: the signs of its causes night by night, with their limits."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from datetime import date
+from math import expm1
+from typing import Any, Final, cast, final
+
+from thermaxis.fleet._judging import CAUSES, JUDGED_DAYS, LEAST, Cause, Judgement
+from thermaxis.fleet._night import StoredNight
+from thermaxis.fleet._signs import SignKind
+
+_SHARES: Final[Mapping[SignKind, Callable[[float], float]]] = {
+    SignKind.SWAP: lambda share: 100.0 * share,
+    SignKind.GAIN: lambda share: 100.0 * share,
+    SignKind.TIME_CONSTANT: lambda log: 100.0 * expm1(log),
+    SignKind.REST: lambda log: 100.0 * expm1(log),
+}
+"""Percent of a sign's figure. [%]"""
+_UNITS: Final = {SignKind.LEVEL: "K", SignKind.MEAN: "µm"}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """A sign of a cause for which a machine is named, over the nights that were judged together."""
+
+    cause: Cause
+    """The cause."""
+    of: str
+    """The part, channel or output."""
+    unit: str
+    """Unit of what follows."""
+    days: tuple[date, ...]
+    """Days of the nights."""
+    departures: tuple[float, ...]
+    """How far it departs from its past, by night."""
+    twice_std: tuple[tuple[float, float], ...]
+    """The same less and plus two standard deviations."""
+    limits: tuple[float, float]
+    """Departures between these are no reason to look at a machine."""
+
+
+def evidence_of(judgement: Judgement, nights: Iterable[StoredNight]) -> list[Evidence]:
+    """Return what carries a judgement, the likeliest cause first.
+
+    Of a sensor that stands still there is none: it has no figure.
+
+    Parameters
+    ----------
+    judgement : Judgement
+        Of a machine that is named.
+    nights : iterable of StoredNight
+        Its nights, in the order of days.
+    """
+    latest = {night.day: night for night in nights}
+    last = latest.get(judgement.day)
+    some = [
+        night
+        for day, night in latest.items()
+        if last is not None
+        and 0 <= (judgement.day - day).days < JUDGED_DAYS
+        and night.model_sha256 == last.model_sha256
+    ]
+    kinds = {cause: kind for kind, cause in CAUSES.items()}
+    found: list[Evidence] = []
+    for cause, said in zip(judgement.causes, judgement.evidence, strict=True):
+        of = said.place.channel
+        if cause in kinds:
+            every = [_evidence(some, cause, kinds[cause], of, judgement.output)]
+            if every == [None]:  # two sensors that have gone apart
+                every = [_evidence(some, cause, SignKind.LEVEL, one, "") for one in of.split(",")]
+            found += [one for one in every if one is not None]
+    return found
+
+
+def _evidence(
+    nights: Iterable[StoredNight], cause: Cause, kind: SignKind, of: str, output: str
+) -> Evidence | None:
+    signs: dict[date, Mapping[str, Any]] = {}
+    for night in nights:
+        every = cast("Iterable[Mapping[str, Any]]", night.result.get("signs", ()))
+        same = [s for s in every if s["sign"] == kind and (s["of"] or s["output"]) == of]
+        same.sort(key=lambda sign: sign["output"] != output)
+        if same:
+            signs[night.day] = same[0]
+    if not signs:
+        return None
+    departures, level = list[float](), 0.0
+    first = next(iter(signs.values()))
+    for sign in signs.values():
+        if kind is SignKind.MEAN:  # the zero of a free run is another one each night
+            level += sign["value"] - (sign["before"] if departures else 0.0)
+        else:
+            level = sign["value"] - first["before"]
+        departures.append(level)
+    scaled = _SHARES.get(kind, float)
+    twice = [2.0 * sign["std"] for sign in signs.values()]
+    return Evidence(
+        *(cause, of, _UNITS.get(kind, "%"), tuple(signs)),
+        departures=tuple(map(scaled, departures)),
+        twice_std=tuple(
+            (scaled(d - s), scaled(d + s)) for d, s in zip(departures, twice, strict=True)
+        ),
+        limits=(scaled(LEAST[kind]), scaled(-LEAST[kind])),
+    )
