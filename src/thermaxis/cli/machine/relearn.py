@@ -40,10 +40,6 @@ from thermaxis.runtime.host import ask_loop
 
 _DAY_S = 86_400.0
 _LARGEST_BYTES = 1_000_000
-_SURELY = (
-    "surely: how far at least the truth lies from the model in force (0) to this one (1); of those"
-    " that are better the surest is proposed, as of a few touches the least error is often luck."
-)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -140,16 +136,14 @@ def _described(
             Value("", c.comparison.new_um, "this one um", ".2f"),
             Value("", c.free_run_um[0], "free run um", ".2f"),
             Value("", c.free_run_um[1], "this one um", ".2f"),
-            Value("", c.comparison.least_share, "surely", ".2f"),
             Value("", "proposed" if c is one.taken else "better" if c.better else "", ""),
         ]
         for one in found.outputs
         for c in one.candidates
     ]
     if rows:
-        title = "What the newest touches add (innovations), and the free run, RMS"
-        yield Table(title, rows, words=2)
-        yield _SURELY
+        title = "What the newest touches add (innovations), and the free run, RMS; proposed is the"
+        yield Table(f"{title} better one to which they add least", rows, words=2)
     if written:
         yield (
             "Nothing is changed: choose it on the page of models, or"

@@ -87,8 +87,6 @@ class Comparison:
     """That of the new one. [µm]"""
     blocks: int
     """Independent blocks that touches were grouped in. [1]"""
-    growth: float
-    """Mean square of the old one's innovations over what was expected of them. [1]"""
 
 
 def compared(
@@ -126,4 +124,4 @@ def compared(
     rms = [
         float(np.sqrt(np.mean((np.clip(r, -CLIPPED, CLIPPED) * std_um) ** 2))) for r in (old, new)
     ]
-    return Comparison(share, least, rms[0], rms[1], count, float(np.mean(e**2)))
+    return Comparison(share, least, rms[0], rms[1], count)

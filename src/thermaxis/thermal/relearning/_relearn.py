@@ -3,12 +3,14 @@
 Candidates are the model in force with gains and time constants of its parts scaled, by touches of
 the last days or of more (a change is known by what came after it), and one that is identified anew
 from all of them. None has seen the touches on which it is compared with the model in force: in free
-run, and by its innovations as touches renew the offset.
+run, and by its innovations as touches renew the offset. It must be better by a margin, as a model
+in force is never quite right, but not where the machine has changed since.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from math import log
 from typing import final
 
 import numpy as np
@@ -56,10 +58,8 @@ FOLDS = 2
 ANEW = 1.7
 """The margin is so many times as large for a model identified anew: it differs in everything, and
 from some days is better than another by chance for as many. [1]"""
-GROWN, LESS = 1.5, 0.5
-"""Where the model in force leaves so many times what was foretold, in squares, it is not what it
-was (64 innovations leave that in three of a thousand cases), and so much of the margin is enough
-for the same model scaled. [1]"""
+CHANGED_S = tuple(days * DAY_S for days in (1.0, 2.0, 3.0, 4.0, 7.0))
+"""The machine is asked whether it changed so long before the last touch. [s]"""
 FREE_RUN = 1.25
 """The free run of what is proposed leaves no more than so many times what that in force leaves and
 what drifts beside it: it is judged by few touches. [1]"""
@@ -67,7 +67,7 @@ MOST_INPUTS = 4
 """Among more inputs is chosen, as `identify --candidates` does. [1]"""
 _BRIEF = ModalOptions(intervals=False)
 _DATUM = "datum"
-_STEPS, _DELTA, _LARGEST_STEP = 6, 0.02, 0.5
+_STEPS, _DELTA, _LARGEST_STEP, _LEAST = 6, 0.02, 0.5, 1e-9
 
 
 @final
@@ -80,7 +80,8 @@ class RelearnOptions:
     margin: float = 0.15
     """Innovations of the new model are smaller by this share at least. [1]"""
     false_rate: float = 0.002
-    """How often another model is proposed, at one look, while that in force is right. [1]"""
+    """How often another model is proposed, at one look and by each of its two ways (a margin, or a
+    change), while that in force is right. [1]"""
     filters: Mapping[str, TouchFilter] = field(default_factory=dict[str, TouchFilter])
     """How touches are believed, by output. Default: that of `TouchFilter`."""
 
@@ -276,18 +277,22 @@ class _Output:
         noise = likeliest(self._time_s[seen], self._left_um[seen], rules.noise_um)
         self._filter = innovations_of(self._time_s, *noise, self._anew)
         self._drift_um_per_root_h = noise[1]
+        changed = self._evidence_of_change() > -log(self._asked.false_rate / self._outputs)
         newest = dict(self._candidates(FOLDS - 1, anew=True))
         anew = None in newest and self._leaves_less(newest[None][1])
         folds = [dict(self._candidates(k, anew=anew)) for k in range(FOLDS - 1)]
         folds.append(newest)
         keys = [key for key in newest if all(key in fold for fold in folds)]
         false_rate = self._asked.false_rate / (max(len(newest), 1) * self._outputs)
-        every = (self._compared(key, [fold[key] for fold in folds], false_rate) for key in keys)
+        every = (
+            self._compared(key, [fold[key] for fold in folds], false_rate, changed=changed)
+            for key in keys
+        )
         candidates = [one for one in every if one is not None]
         better = [one for one in candidates if one.better]
         if not better:
             return self._none(touches, candidates, Message("relearn-no_better", counts))
-        best = max(better, key=lambda one: one.comparison.least_share)
+        best = min(better, key=lambda one: one.comparison.new_um)
         if doubtful:
             why = Message("relearn-sensors_first", {"names": ", ".join(doubtful)})
             return self._none(touches, candidates, why)
@@ -319,7 +324,7 @@ class _Output:
         for learnt_s in LEARNT_S:
             used = (self._fold != judging) & (self._time_s >= self._cuts_s[-1] - learnt_s)
             if int(np.count_nonzero(used)) >= FEWEST_LEARNT:
-                factors = self._scaled(used)
+                factors = np.exp(self._scaled(used)[0])
                 parts = zip(self._output.parts, factors, strict=True)
                 output = replace(self._output, parts=tuple(_part(p, *f) for p, f in parts))
                 yield learnt_s, (output, self._said_um(factors))
@@ -350,15 +355,19 @@ class _Output:
         parts = [g * self._contribution_um(k, f) for k, (g, f) in enumerate(factors.tolist())]
         return self._output.offset_um + np.sum(parts, axis=0)
 
-    def _scaled(self, used: NDArray[np.bool_]) -> FloatArray:
-        """Return the likeliest factors of gains and time constants, (parts, 2).
+    def _scaled(
+        self, used: NDArray[np.bool_], about: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the likeliest logarithms of factors of gains and time constants, (parts, 2).
 
-        Gauss and Newton's steps along the logarithms, each with a normal prior about none; far
-        innovations weigh as little as they do in the comparison.
+        And what touches tell of them, (2 parts, 2 parts), over what the prior does. Gauss and
+        Newton's steps, each with a normal prior about others, or about none; far innovations weigh
+        as little as they do in the comparison.
         """
         parts = len(self._output.parts)
-        logarithms = np.zeros((parts, 2))
-        precision = np.tile([GAIN_STD**-2.0, TIME_STD**-2.0], parts)
+        logarithms = middle = np.zeros((parts, 2)) if about is None else about
+        left = np.zeros((1, 2 * parts))
+        std = np.tile([GAIN_STD, TIME_STD], parts)
         for _ in range(_STEPS):
             factors = np.exp(logarithms)
             slopes: list[FloatArray] = []
@@ -369,21 +378,57 @@ class _Output:
             table = np.column_stack([*slopes, self._shown_um - self._said_um(factors)])
             rows = self._filter.of(table)[used]
             weight = np.minimum(1.0, CLIPPED / np.maximum(np.abs(rows[:, -1]), 1e-9))[:, None]
-            left, right = rows[:, :-1], rows[:, -1:] * weight
-            solved = np.linalg.solve(
-                (left * weight).T @ left + np.diag(precision),
-                (left.T @ right)[:, 0] - precision * logarithms.ravel(),
+            left, right = rows[:, :-1] * std, rows[:, -1:] * weight
+            solved = std * np.linalg.solve(
+                (left * weight).T @ left + np.eye(std.size),
+                (left.T @ right)[:, 0] - (logarithms - middle).ravel() / std,
             )
             step = np.clip(solved, -_LARGEST_STEP, _LARGEST_STEP).reshape(parts, 2)
             logarithms = logarithms + step
             if float(np.max(np.abs(step))) < _DELTA:
                 break
-        return np.exp(logarithms)
+        return logarithms, left.T @ left
+
+    # ---- change ---------------------------------------------------------------------------------
+
+    def _evidence_of_change(self) -> float:
+        """Return how much likelier the newest touches are if the machine changed, a logarithm.
+
+        Neither the model in force nor what the touches before say of it, with another noise than
+        theirs, makes them as likely. By chance it passes log(1 / p) seldomer than p (Ville 1939).
+        """
+        ends_s, evidence = float(self._log.time_s[-1]), 0.0
+        for since_s in CHANGED_S:
+            late = self._time_s >= ends_s - since_s
+            newest = late & ~self._anew
+            n = int(np.count_nonzero(newest))
+            if min(n, int(np.count_nonzero(~late))) < FEWEST_LEARNT:
+                continue
+            before, _ = self._scaled(~late)
+            after, told = self._scaled(newest, before)
+            known, left = (self._squares(self._said_um(np.exp(b)), newest) for b in (before, after))
+            moved = (after - before) / np.array([GAIN_STD, TIME_STD])
+            left = max(left, _LEAST)
+            spread = float(np.linalg.slogdet(np.eye(moved.size) + told * n / left)[1])
+            known = min(known, self._squares(self._shown_um - self._left_um, newest))
+            likelier = n * log(known / left) - float(np.sum(moved**2)) - spread
+            evidence = max(evidence, 0.5 * likelier)
+        return evidence
+
+    def _squares(self, said_um: FloatArray, used: NDArray[np.bool_]) -> float:
+        """Return the sum of squares of what touches add beside a model, far ones clipped."""
+        left = self._filter.of(self._shown_um - said_um)[used]
+        return float(np.sum(np.clip(left, -CLIPPED, CLIPPED) ** 2))
 
     # ---- comparison -----------------------------------------------------------------------------
 
     def _compared(
-        self, learnt_s: float | None, models: Sequence[_Model], false_rate: float
+        self,
+        learnt_s: float | None,
+        models: Sequence[_Model],
+        false_rate: float,
+        *,
+        changed: bool,
     ) -> Candidate | None:
         """Compare the models of each stretch, by its touches, with the one in force."""
         judged = (self._fold >= 0) & ~self._anew
@@ -391,26 +436,24 @@ class _Output:
         free, since_h = np.zeros((2, judged.size)), np.zeros(judged.size)
         for k, (_, said_um) in enumerate(models):
             left_um, own = self._shown_um - said_um, self._fold == k
-            since_h[own] = (self._time_s[own] - self._time_s[self._fold < k][-1]) / 3600.0
+            last = int(np.count_nonzero(self._fold < k)) - 1
+            since_h[own] = (self._time_s[own] - self._time_s[last]) / 3600.0
             new[own] = self._filter.of(left_um)[own]
             for row, each in enumerate((self._left_um, left_um)):
-                before_um = np.mean(each[self._fold < k][-3:])
+                before_um = np.mean(each[max(self._since[last], last - 2) : last + 1])
                 later = self._fold[self._since[own]] == k  # a datum within the stretch
                 free[row, own] = each[own] - np.where(later, each[self._since[own]], before_um)
         block = (self._time_s[judged] // BLOCK_S).astype(np.intp).tolist()
         found = compared(old[judged], new[judged], self._filter.std_um[judged], block, false_rate)
         if found is None:
             return None
-        scaled = LESS if found.growth >= GROWN else 1.0
-        margin = self._asked.margin * (ANEW if learnt_s is None else scaled)
+        margin = self._asked.margin * (ANEW if learnt_s is None else 1.0)
         old_um, new_um = np.sqrt(np.mean(free[:, judged] ** 2, axis=1)).tolist()
         drift_um2 = self._drift_um_per_root_h**2 * float(np.mean(since_h[judged]))
-        better = (
-            found.least_share > 0.0
-            and found.share > 0.5
-            and found.new_um <= (1.0 - margin) * found.old_um
-            and new_um**2 <= (FREE_RUN * old_um) ** 2 + drift_um2
-        )
+        surely = found.least_share > 0.0 and found.new_um <= (1.0 - margin) * found.old_um
+        less = found.share > 0.5 and new_um**2 <= (FREE_RUN * old_um) ** 2 + drift_um2
+        other = changed and learnt_s is not None and found.new_um < found.old_um
+        better = less and (surely or other)
         return Candidate(models[-1][0], learnt_s, found, (old_um, new_um), better)
 
     def _condemned(self, best: Candidate) -> str | None:
@@ -419,16 +462,12 @@ class _Output:
         records = _records(self._log, self._cuts_s[-1], self._model, self._output.name)
 
         def left_by(model: CompensationModel) -> float:
-            return innovation_um(self._shown_um - self._run_um(model))
-
-        def innovation_um(left_um: FloatArray) -> float:
-            r = np.clip(self._filter.of(left_um)[newest], -CLIPPED, CLIPPED)
-            return float(np.sqrt(np.mean((r * self._filter.std_um[newest]) ** 2)))
+            return self._squares(self._run_um(model), newest)
 
         if not bool(np.any(newest)):
             return None
-        new_um = left_by(replace(self._model, outputs=(best.output,)))
-        if new_um >= innovation_um(self._shown_um):
+        new = left_by(replace(self._model, outputs=(best.output,)))
+        if new >= self._squares(np.zeros_like(self._shown_um), newest):
             return "nothing"
         if records is None:
             return None
@@ -439,7 +478,7 @@ class _Output:
                 return verdicts[0]
         for method, times in NOT_FIT.items():
             simple = {self._output.name: simple_model(records, self._output.name, SIMPLE[method])}
-            if new_um > times * left_by(compensation_model(simple, records)):
+            if new > times**2 * left_by(compensation_model(simple, records)):
                 return str(method)
         return None
 
