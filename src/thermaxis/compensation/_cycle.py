@@ -500,7 +500,7 @@ def _touched(
     if asked.forgets_touches or not runs:
         before = [one.anew() for one in before]
     if asked.accepts_sensors:
-        before = [one.anew()._replace(off=False) if one.off else one for one in before]
+        before = [one.anew()._replace(off=None) if one.off else one for one in before]
     names = [output.name for output in compensation.model.outputs]
     states, outcomes = touches_step(probed, names, before, expected, reading.touches, time_s)
     rows = zip(probed, states)

@@ -18,8 +18,8 @@ so that z = m - (c + y) is the offset, touched. Between touches, and by a touch:
 
 The tool point is known by sqrt(P- + d^2). A touch beyond the gate changes nothing: a chip, another
 datum, another workpiece. It waits for a second one, and two that agree are believed, the second by
-(4) with the first as what was known, unless they lie ten times beyond the limit: another unit. A
-third one in a row voids what was known.
+(4) with the first as what was known. Where three more were excluded than believed, what was known
+is void, and from ten on the offset is off: another unit, a probe that is loose.
 
 Whether touches see the correction at all shows between two of them: what they should show has
 changed by D = (c + y)before - (c + y)now. Where they do, r is N(0, S); where they do not (another
@@ -27,6 +27,18 @@ axis) it is about N(D, S), and with the wrong sign N(2 D, S). So does a machine 
 that time: only touches that follow each other soon prove something. The evidence grows by the
 logarithm of the likelihood ratio, D (r - D/2) / (S + (ramp dt)^2), and never falls below zero (Page
 1954). That is why a touch that was confirmed wants another one when its offset has arrived.
+
+Over hours D proves nothing, but then a wrong sign shows by size. With o in force of the offset,
+c = o - y, a probe that takes the sign of m away shows z = -(b + 2 o); the filter answers by o
+towards -z, so that what o differs from -b doubles at a gain of 1, and grows at any, until o stands
+at its limit, o = s L with s = 1 or -1. There it does harm, |b + o| > |b|, where s b > -L/2, and
+
+    |z| = |s b + 2 L| > 3/2 L                                                                  (5)
+
+So what is believed beyond 3/2 L ends the offset: one that stands at its limit by the wrong sign and
+is not ended makes no error larger. With another factor g, z = g (b + o) - o, and (5) holds wherever
+such an offset does harm for g <= -1 and g >= 5. A healthy machine that lacks so much would lack a
+third of it with the offset, too: its model fits no more.
 
 Standard library only; no clock, no exception. `cycle` does the rest.
 """
@@ -44,8 +56,8 @@ from thermaxis.errors import require_range
 MOST_EXPECTED = 64
 """So many times are remembered at which it is known what a touch should show. [1]"""
 MOST_EXCLUDED = 3
-"""So many touches in a row that are excluded, and none confirmed, void what was known: a model that
-runs away would else keep an old offset. [1]"""
+"""So many touches excluded more than believed void what was known: a model that runs away would
+else keep an old offset. [1]"""
 SMALLEST_NOISE_UM = 0.01
 """No touch is better than that. [µm]"""
 LARGEST_EVIDENCE = 7.5
@@ -54,9 +66,11 @@ TRIP_EVIDENCE = 15.0
 """Evidence that touches do not see the correction from which on the offset is off: two touches
 at least, and healthy ones reach it once in exp(15), three million, or less. [1]"""
 
-_FARTHEST = 10.0
-"""Two touches that agree are not believed so many times beyond the limit of the offset: what it
-could not mend by a tenth is another unit. [1]"""
+TRIP_EXCLUDED = 10
+"""Touches excluded more than believed from which on the offset is off: where one in ten is excluded
+that is one healthy touch in three billion. [1]"""
+_FARTHEST = 1.5
+"""Share of its limit that touches may show beside the offset: equation (5). [1]"""
 _HOUR_S = 3600.0
 _Floats = tuple[float, ...]
 
@@ -89,8 +103,9 @@ class TouchFilter:
     ramp_um_per_h: float = 10.0
     """Steady drift that proves nothing against the touches. Default: what a poor model loses in
     an hour of warming. [µm/h]"""
-    confirm_s: float = 600.0
-    """Time within which a second touch confirms the first. Default: ten minutes. [s]"""
+    confirm_s: float = 86_400.0
+    """Time within which a second touch confirms the first. Default: a day, so that touches confirm
+    each other at any pace: a wrong sign shows no sooner. [s]"""
     oldest_s: float = 0.0
     """A touch that becomes known later is not used: what was in force is remembered for so long, in
     64 steps, a line between two. Without it: 64 cycles, each as it was. [s]"""
@@ -114,8 +129,10 @@ class TouchRules(TouchFilter):
     """How touches at an output are believed, and how far their offset may go.
 
     Not protected: whether what was touched is where it was. A workpiece that is put in anew, a
-    worn tool and a datum that was set look like a drift, and the correction follows them within
-    these limits. A trim is added on top: whoever trims away what a touch has shown does it twice.
+    worn tool and a datum that was set look like a drift: the correction follows them within these
+    limits, and from half as much again on the offset goes. Touches of another axis that stay within
+    half the limit look like a drift, too, and half or twice the unit like a poor model. A trim is
+    added on top: whoever trims away what a touch has shown does it twice.
     """
 
     limits: Limits
@@ -147,8 +164,8 @@ class TouchOutcome(StrEnum):
     """It agrees with the one before, which was excluded: both are believed, and another touch is
     wanted when the offset has arrived."""
     EXCLUDED = "excluded"
-    """What is known excludes it: a second touch is wanted. One changes nothing; the third in a row
-    voids what was known."""
+    """What is known excludes it: a second touch is wanted. One changes nothing; where three more
+    are excluded than believed, what was known is void."""
     REPEATED = "repeated"
     """It is the last one again, by its number or, where none is stated, not newer than that."""
     UNTIMELY = "untimely"
@@ -160,6 +177,10 @@ class TouchOutcome(StrEnum):
     NO_EFFECT = "no_effect"
     """Touches do not see the correction, or with the wrong sign: the offset goes to zero at its
     rate, and stays off until somebody acknowledges."""
+    TOO_FAR = "too_far"
+    """They show more than half as much again as the offset may mend: it is off likewise."""
+    TOO_MANY_EXCLUDED = "too_many_excluded"
+    """`TRIP_EXCLUDED` more were excluded than believed: it is off likewise."""
 
 
 class Belief(NamedTuple):
@@ -181,11 +202,11 @@ class OffsetState(NamedTuple):
     suspect: Belief | None = None
     """A touch that was excluded and waits for a second one."""
     excluded: int = 0
-    """Touches in a row that were excluded. [1]"""
+    """Touches that were excluded more than believed, from none on. [1]"""
     in_force_um: float = 0.0
     """What is added to the correction, on its way to minus the offset. [µm]"""
-    off: bool = False
-    """Whether touches did not see the correction, and nobody has acknowledged it."""
+    off: TouchOutcome | None = None
+    """Why the offset is off, which nobody has acknowledged; None where it is not."""
     evidence: float = 0.0
     """Evidence that they do not. [1]"""
     expected_um: float = 0.0
@@ -195,17 +216,13 @@ class OffsetState(NamedTuple):
     number: int | None = None
     """Its number. [1]"""
 
-    def anew(self) -> "OffsetState":
+    def anew(self, off: TouchOutcome | None = None) -> "OffsetState":
         """Return the state in which nothing is known; the offset in force leaves at its rate."""
-        return OffsetState(in_force_um=self.in_force_um, off=self.off, number=self.number)
+        return OffsetState(in_force_um=self.in_force_um, off=off or self.off, number=self.number)
 
     def shifted(self, by_s: float) -> "OffsetState":
         """Return the state on another clock."""
-
-        def moved(one: Belief | None) -> Belief | None:
-            return None if one is None else one._replace(time_s=one.time_s + by_s)
-
-        belief, suspect = moved(self.belief), moved(self.suspect)
+        belief, suspect = (one and one._replace(time_s=one.time_s + by_s) for one in self[:2])
         return self._replace(belief=belief, suspect=suspect, touched_s=self.touched_s + by_s)
 
 
@@ -240,39 +257,40 @@ def touch_step(
     outcome : TouchOutcome
         What became of it.
     """
-    if state.off:
-        return state, TouchOutcome.NO_EFFECT
     older = touch.time_s <= state.touched_s
-    if older if touch.number is None else touch.number == state.number:
-        return state, TouchOutcome.REPEATED
+    if state.off or (older if touch.number is None else touch.number == state.number):
+        return state, state.off or TouchOutcome.REPEATED
     noise_um = rules.noise_um if touch.noise_um is None else touch.noise_um
     variance_um2 = noise_um**2 + rules.discrepancy_um**2
     touched = Belief(touch.value_um - expected_um, variance_um2, touch.time_s)  # (2)
     known = _known(rules, state.belief, touch.time_s)
-    evidence = 0.0
+    evidence = state.evidence
     if state.belief is not None:
-        elapsed_h = (touch.time_s - state.belief.time_s) / _HOUR_S
-        d_um = state.expected_um - expected_um
-        evidence = _evidence(rules, known, touched, d_um, rules.ramp_um_per_h * elapsed_h)
-    evidence = max(0.0, state.evidence + evidence)
+        ramp_um = rules.ramp_um_per_h * ((touch.time_s - state.belief.time_s) / _HOUR_S)
+        evidence += _evidence(rules, known, touched, state.expected_um - expected_um, ramp_um)
+    evidence = max(0.0, evidence)
     state = state._replace(touched_s=touch.time_s, number=touch.number, evidence=evidence)
-    if state.evidence >= TRIP_EVIDENCE:
-        return state.anew()._replace(off=True), TouchOutcome.NO_EFFECT
+    if evidence >= TRIP_EVIDENCE:
+        return state.anew(TouchOutcome.NO_EFFECT), TouchOutcome.NO_EFFECT
     outcome = TouchOutcome.BELIEVED
     if not _agree(rules, known, touched):
         first, outcome = state.suspect, TouchOutcome.CONFIRMED
         soon = first is not None and abs(touch.time_s - first.time_s) <= rules.confirm_s
         known = _known(rules, first, touch.time_s)
-        possible = abs(touched.offset_um) <= _FARTHEST * rules.limits.largest_um
-        if not (soon and possible) or not _agree(rules, known, touched):
+        if not soon or not _agree(rules, known, touched):
             excluded = state.excluded + 1
+            if excluded >= TRIP_EXCLUDED:
+                return state.anew(TouchOutcome.TOO_MANY_EXCLUDED), TouchOutcome.TOO_MANY_EXCLUDED
             belief = state.belief if excluded < MOST_EXCLUDED else None
             state = state._replace(belief=belief, suspect=touched, excluded=excluded)
             return state, TouchOutcome.EXCLUDED
     gain = known.variance_um2 / (known.variance_um2 + touched.variance_um2)  # (4)
     offset_um = known.offset_um + gain * (touched.offset_um - known.offset_um)
+    if abs(offset_um) > _FARTHEST * rules.limits.largest_um:  # (5)
+        return state.anew(TouchOutcome.TOO_FAR), TouchOutcome.TOO_FAR
     belief = Belief(offset_um, (1.0 - gain) * known.variance_um2, touch.time_s)
-    state = state._replace(belief=belief, suspect=None, excluded=0, expected_um=expected_um)
+    excluded = max(0, state.excluded - 1)
+    state = state._replace(belief=belief, suspect=None, excluded=excluded, expected_um=expected_um)
     return state, outcome
 
 
@@ -292,11 +310,11 @@ def _agree(rules: TouchRules, known: Belief, touched: Belief) -> bool:
 
 
 def _evidence(
-    rules: TouchRules, known: Belief, touched: Belief, d_um: float, ramp_um: float
+    own: TouchRules, known: Belief, touched: Belief, d_um: float, ramp_um: float
 ) -> float:
     """Return what a touch says for touches that do not see the correction."""
     r, s = touched.offset_um - known.offset_um, known.variance_um2 + touched.variance_um2
-    if abs(r) > 2.0 * abs(d_um) + rules.gate * math.sqrt(s):
+    if abs(r) > 2.0 * abs(d_um) + own.gate * math.sqrt(s):
         return 0.0  # nor does a wrong sign explain it
     ratio = d_um * (r - 0.5 * d_um) / (s + ramp_um * ramp_um)
     return min(max(ratio, -LARGEST_EVIDENCE), LARGEST_EVIDENCE)

@@ -19,7 +19,8 @@ from thermaxis.compensation import (
     TouchRules,
 )
 
-RENEWED = {TouchOutcome.BELIEVED, TouchOutcome.CONFIRMED, TouchOutcome.NO_EFFECT}
+RENEWED = {TouchOutcome.BELIEVED, TouchOutcome.CONFIRMED}
+RENEWED |= {TouchOutcome.NO_EFFECT, TouchOutcome.TOO_FAR, TouchOutcome.TOO_MANY_EXCLUDED}
 ANEW = {Outcome.STARTED, Outcome.WAITING, Outcome.GAP}
 ANEW |= {Outcome.CLOCK_BACKWARD, Outcome.STATE_UNUSABLE}
 
@@ -41,6 +42,7 @@ class HostileProbe(HostilePlant):
         self.offset_um = [self.rng.uniform(-8.0, 8.0) for _ in self.outputs]
         self.taken: list[Any] = []
         self.share = self.rng.choice((0.05, 0.3, 1.0))
+        self.unit = self.rng.choice((*[1.0] * 7, 1000.0))
 
     def reading(self, last: CycleOutput | None) -> CycleReading:
         reading = super().reading(last)
@@ -54,10 +56,22 @@ class HostileProbe(HostilePlant):
         k = rng.randrange(len(self.outputs))
         value_um = last.model_um[k] + self.offset_um[k] + self.machine[k] + rng.gauss(0.0, 1.0)
         time_s = self.time_s - rng.uniform(0.0, 1.0) * self.compensation.cycle_s
-        touch: Any = Touch(self.outputs[k], value_um, time_s, len(self.taken))
+        touch: Any = Touch(self.outputs[k], self.unit * value_um, time_s, len(self.taken))
         mood = self.mood(
-            "touch", "true", "chip", "late", "again", "odd", "axis", "sign", "unit", "object"
+            "touch",
+            "true",
+            "chip",
+            "late",
+            "again",
+            "odd",
+            "axis",
+            "sign",
+            "unit",
+            "object",
+            "datum",
         )
+        if mood == "datum" and rng.random() < 0.2:
+            self.offset_um[k] = rng.uniform(-12.0, 12.0)
         if mood == "chip":
             touch = touch._replace(value_um=value_um + rng.choice((-50.0, 50.0, 900.0)))
         elif mood == "late":
@@ -111,6 +125,8 @@ class TouchLaws(Laws):
             assert 0.0 <= std_um <= rules.start_um
             if name not in renewed and not (forgotten or ANEW & set(output.outcomes)):
                 assert now.belief == was.belief or (now.belief is None and now.excluded >= 3)
+            if now.off:
+                assert now.belief is None
             if now.belief is not None:
                 assert math.isfinite(sum(now.belief))
         self.before = state.offsets

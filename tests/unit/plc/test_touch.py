@@ -73,11 +73,14 @@ def ordinary() -> Stated:
     plan = [*QUIET * 70, touch(3.0), *QUIET * 3, touch(3.2, 2.0), *QUIET * 3, *warm]
     plan += [touch(0.5, k) for k in (0.0, 0.5, 1.0, 1.5, 2.5, NOTED - 1.0, NOTED, NOTED + 0.5)]
     plan += [*QUIET * 70, touch(-1.0, NOTED), touch(-1.5, NOTED + 0.25), *QUIET * 600]
-    plan += [touch(-60.0), *QUIET * 59, touch(-60.5), *QUIET * 40]
-    plan += [touch(60.0), *QUIET * 60, touch(60.5), *QUIET * 5, touch(61.0), *QUIET * 4]
-    plan += [touch(30.0), touch(-30.0), touch(90.0), touch(-90.0), *QUIET * 5, touch(-90.0)]
-    for far in (77.0, 84.0, -84.0):  # ten times the limit is 80: no further is believed
+    plan += [touch(-11.0), *QUIET * 59, touch(-11.5), *QUIET * 40]
+    plan += [touch(11.0), *QUIET * 60, touch(11.5), *QUIET * 5, touch(11.9), *QUIET * 4]
+    plan += [touch(30.0), touch(-30.0), touch(90.0), touch(-90.0), *QUIET * 5, touch(0.0)]
+    for far in (11.5, -11.5, 12.5, -12.5):  # half as much again as the limit is 12
         plan += [touch(far), touch(far), *QUIET * 40, touch(0.0), touch(0.0), *QUIET * 40]
+        plan += [{"reset": True}, *QUIET * 40]
+    wild = [touch(40.0 * (-1) ** k) for k in range(9)]
+    plan += [*wild, touch(1.0), *wild[:3], *QUIET * 9, touch(1.0), {"reset": True}, *QUIET * 40]
     plan += [touch(0.0, age) for age in (-0.5, math.nan, math.inf, 1e29, 1e31)]
     plan += [touch(9e3), touch(1.1e4), touch(-1.1e4), touch(math.nan), touch(math.inf)]
     return stated(touched_settings(), [*plan, *QUIET * 40])
@@ -152,7 +155,7 @@ def every_touched() -> list[Stated]:
 @pytest.mark.parametrize(
     ("of", "words"),
     [
-        (ordinary, "believed confirmed excluded untimely unusable"),
+        (ordinary, "believed confirmed excluded untimely unusable too_far too_many_excluded"),
         (begun_anew, "believed excluded untimely"),
         (without_effect, "believed excluded no_effect"),
         (without_effect_far_apart, "believed excluded no_effect"),
@@ -193,8 +196,8 @@ def test_a_wild_touch_moves_nothing_and_a_right_one_moves_at_the_rate_up_to_the_
         *QUIET * 30,
         touch(4.0),
         *QUIET * 40,
-        touch(30.0),
-        touch(30.0),
+        touch(11.5),
+        touch(11.5),
     ]
     settings, rows, values = stated(touched_settings(), [*plan, *QUIET * 60])
     moved_um = offsets_um(side_by_side(settings, rows, values))

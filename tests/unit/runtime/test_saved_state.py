@@ -38,6 +38,8 @@ from thermaxis.compensation import (
     SupervisorRules,
     SupervisorState,
     ThermalState,
+    TouchOutcome,
+    TouchRules,
     Trim,
     cycle,
     cycle_state,
@@ -189,6 +191,26 @@ def test_what_is_saved_comes_back_exactly(
     assert (found.utc, found.enabled) == (one.utc, enabled)
     assert (found.model_file, found.monotonic_s) == (name, one.monotonic_s)
     assert found.mismatches == one.mismatches
+
+
+@pytest.mark.parametrize("why", TouchOutcome)
+def test_why_an_offset_is_off_comes_back_and_of_an_older_program_that_it_is(
+    tmp_path: Path, why: TouchOutcome
+) -> None:
+    machine = replace(MACHINE, touches={"Z_um": TouchRules(limits=Limits(8.0, 0.1))})
+    names = [output.name for output in machine.model.outputs]
+    offsets = tuple(OffsetState(off=why if name == "Z_um" else None) for name in names)
+    file = StateFile(tmp_path / "state.json")
+    file.save(saved(cycle_state(machine)._replace(offsets=offsets)), machine)
+    found, _ = file.load(machine)
+    assert found is not None
+    assert found.state.offsets == offsets
+    whole = json.loads(file.path.read_text(encoding="utf-8").partition("\n")[2])
+    for void, expected in ((["Z_um"], TouchOutcome.NO_EFFECT), ({"Q_um": why}, None)):
+        write_body(file.path, json.dumps({**whole, "touches_void": void}))
+        found, _ = file.load(machine)
+        assert found is not None
+        assert {one.off for one in found.state.offsets if one.off} == ({expected} - {None})
 
 
 def test_a_reloaded_state_goes_on_exactly_like_the_one_that_was_saved(tmp_path: Path) -> None:

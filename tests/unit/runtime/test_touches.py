@@ -262,7 +262,7 @@ async def test_a_touch_that_somebody_types_counts_and_its_answer_says_what_becam
 
 @pytest.mark.parametrize("apart_s", [0.0, 2.0])
 async def test_a_touch_that_is_typed_twice_counts_once(apart_s: float) -> None:
-    bench = Bench()
+    bench = Bench(replace(RULES, limits=Limits(20.0, 0.1)))
     async with bench.running() as loop:
         await enabled_for(loop, 200.0)
 
@@ -275,14 +275,14 @@ async def test_a_touch_that_is_typed_twice_counts_once(apart_s: float) -> None:
         assert said == ["believed", "repeated"]
         assert touches_of(loop).outcome == "believed"
         assert touches_of(loop).known_um == pytest.approx(LACKS_UM * 25.0 / 26.0, abs=0.1)
-        assert await type_in(0.0, um=60.0) == "excluded"
-        assert await type_in(apart_s, um=60.0) == "repeated", "no second touch that agrees"
-        assert await type_in(10.0, um=60.0) == "confirmed"
+        assert await type_in(0.0, um=20.0) == "excluded"
+        assert await type_in(apart_s, um=20.0) == "repeated", "no second touch that agrees"
+        assert await type_in(10.0, um=20.0) == "confirmed"
     columns = Columns()
     columns.outputs = ("Z_um",)
     rows = [columns.row_of(record).values() for record in bench.historian.records]
     told = [(row["Z_touch"], row["probe_Z_um"]) for row in rows if row["probe_Z_um"]]
-    assert told == [("believed", LACKS_UM), ("excluded", 60.0), ("confirmed", 60.0)]
+    assert told == [("believed", LACKS_UM), ("excluded", 20.0), ("confirmed", 20.0)]
 
 
 async def test_it_is_time_to_touch_when_the_uncertainty_passes_what_is_wanted() -> None:
@@ -300,7 +300,7 @@ async def test_it_is_time_to_touch_when_the_uncertainty_passes_what_is_wanted() 
 
 
 async def test_a_touch_that_does_not_fit_and_two_that_agree_ask_for_another_one() -> None:
-    bench = Bench()
+    bench = Bench(replace(RULES, limits=Limits(20.0, 0.4)))
     async with bench.running() as loop:
         await enabled_for(loop, 200.0)
         await bench.touched(30.0)
@@ -326,6 +326,22 @@ async def test_after_three_touches_that_do_not_fit_no_more_are_asked_for() -> No
         assert bench.outcomes == [*["excluded"] * 4, "believed"]
         assert not touches_of(loop).now
         assert "touch_excluded" not in alarms_of(loop)
+        await sleep(21.0 * 60.0)
+        assert touches_of(loop).now, "one that fits would tell something again"
+
+
+async def test_another_unit_takes_the_offset_away_and_the_alarm_says_why() -> None:
+    bench = Bench()
+    async with bench.running() as loop:
+        await enabled_for(loop, 200.0)
+        for k in range(10):
+            await bench.touched(30.0, wrong_um=1000.0 + 100.0 * k)
+        assert bench.outcomes == [*["excluded"] * 9, "too_many_excluded"]
+        assert not touches_of(loop).now
+        assert loop.status is not None
+        (alarm,) = (one for one in loop.status.alarms if one.code == "touch_void")
+        assert "ten more touches" in alarm.sentences.text
+        assert bench.machine.z_um == GOAL_UM
 
 
 async def test_what_touches_show_beyond_the_limit_of_the_offset_is_told() -> None:
@@ -375,7 +391,7 @@ async def test_an_acknowledge_ends_no_alarm_of_touches_that_nobody_has_seen() ->
             bench.machine.touch()
             for _ in range(300):
                 await sleep(0.1)
-                if bench.outcomes[-1:] == ["no_effect"]:
+                if bench.outcomes[-1:] == ["too_far"]:
                     break
             else:
                 continue
@@ -455,7 +471,7 @@ async def test_no_restart_takes_an_acknowledge_away(tmp_path: Path, set_back_s: 
         await enabled_for(loop, 60.0)
         assert "touch_void" in alarms_of(loop)
         await bench.touched(30.0)
-        assert bench.outcomes[-1] == "no_effect"
+        assert bench.outcomes[-1] == touches_of(loop).void == "too_far"
         assert await ask(loop, RequestKind.ACKNOWLEDGE)
         assert not touches_of(loop).void
 

@@ -109,7 +109,8 @@ def test_touches_count_where_rows_are_hours_long_and_a_warning_says_that_none_is
 ) -> None:
     values = {"T_C": np.full(20, 20.0), "Z_um": 4.0 * (np.arange(20) > 0)}
     log = ThermalLog.from_columns(values, sample_time_s=row_s, name="rare")
-    found = verify(MODEL, [log], touches=replace(EXACT, every_s=row_s))
+    soon = replace(EXACT, every_s=row_s, rules=replace(FINE, confirm_s=600.0))
+    found = verify(MODEL, [log], touches=soon)
     figures = found.logs[0].outputs[0].touched
     assert figures is not None
     assert (figures.touches, figures.excluded) == (19, 0)
@@ -148,6 +149,7 @@ def remarks(log: ThermalLog, plan: TouchPlan, measured: str = "Z_um") -> dict[st
 
 def test_touches_that_stay_excluded_tell_no_schedule_but_when_they_began_to_be() -> None:
     log, plan = walked(6000, 0.05, step_um=40.0), TouchPlan(channels={"Z_um": "probe_um"})
+    plan = replace(plan, rules=replace(plan.rules, confirm_s=600.0))
     found = touched(log, plan)
     assert found.excluded > 40
     assert found.interval_s is None

@@ -88,3 +88,5 @@ touch-untimely = není známo, co při dotyku působilo
 touch-unusable = dotyk není číslo, které může stroj ukázat
 touch-unknown_output = u tohoto výstupu se na dotyky nehledí
 touch-no_effect = dotyky korekci nevidí, nebo s opačným znaménkem: jejich posun je vypnut, dokud to někdo nepotvrdí
+touch-too_far = dotyky ukazují více než jedenapůlnásobek toho, co jejich posun smí vyrovnat: je vypnut, dokud to někdo nepotvrdí
+touch-too_many_excluded = o deset dotyků více neodpovídalo, než odpovídalo: jejich posun je vypnut, dokud to někdo nepotvrdí

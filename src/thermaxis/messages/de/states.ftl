@@ -88,3 +88,5 @@ touch-untimely = was beim Antasten wirkte, ist nicht bekannt
 touch-unusable = die Antastung ist keine Zahl, die eine Maschine zeigen kann
 touch-unknown_output = für diesen Ausgang zählen keine Antastungen
 touch-no_effect = Antastungen sehen die Korrektur nicht, oder mit falschem Vorzeichen: ihr Versatz ist aus, bis jemand quittiert
+touch-too_far = Antastungen zeigen mehr als das Anderthalbfache dessen, was ihr Versatz ausgleichen darf: er ist aus, bis jemand quittiert
+touch-too_many_excluded = zehn Antastungen mehr passten nicht, als passten: ihr Versatz ist aus, bis jemand quittiert

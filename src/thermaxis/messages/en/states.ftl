@@ -104,3 +104,5 @@ touch-untimely = what was in force when it was touched is not known
 touch-unusable = the touch is no number that a machine can show
 touch-unknown_output = no touches are looked at for this output
 touch-no_effect = touches do not see the correction, or with the wrong sign: their offset is off until somebody acknowledges
+touch-too_far = touches show more than one and a half times what their offset may mend: it is off until somebody acknowledges
+touch-too_many_excluded = ten more touches did not fit than did: their offset is off until somebody acknowledges

@@ -21,8 +21,9 @@ static const tx_number largest_value_um = 1.0E+04F;
 static const tx_number largest_age_s = (tx_number)1.0E+30;
 static const tx_number largest_evidence = 7.5F; /* of one touch */
 static const tx_number trip_evidence = 15.0F; /* touches do not see the correction */
-static const tx_number farthest = 10.0F; /* times the limit */
+static const tx_number farthest = 1.5F; /* times the limit */
 static const int16_t most_excluded = 3;
+static const int16_t trip_excluded = 10;
 
 static tx_number limited(tx_number value, tx_number largest)
 {
@@ -94,7 +95,16 @@ static void forget_all(tx_touch *touch)
 {
     touch->belief = (tx_belief){.known = false};
     touch->waits = (tx_belief){.known = false};
+    touch->excluded = 0;
     touch->evidence = zero;
+}
+
+static int16_t ended(tx_touch *touch, int16_t why)
+{
+    forget_all(touch);
+    touch->off = true;
+    touch->why = why;
+    return why;
 }
 
 /* Believes a touch, or not; returns what became of it. */
@@ -117,9 +127,7 @@ static int16_t believed(tx_touch *touch, const tx_touch_rules *rules, tx_number 
         }
     }
     if (touch->evidence >= trip_evidence) {
-        forget_all(touch);
-        touch->off = true;
-        return TX_NO_EFFECT;
+        return ended(touch, TX_NO_EFFECT);
     }
     if (!agree(rules, away_um, sum_um2)) {
         since_s = touch->waits.since_s - back_s;
@@ -128,11 +136,11 @@ static int16_t believed(tx_touch *touch, const tx_touch_rules *rules, tx_number 
         away_um = touched_um - known_um;
         sum_um2 = known_um2 + rules->touch_um2;
         outcome = TX_CONFIRMED;
-        const tx_number farthest_um = farthest * rules->largest_um; /* beyond is another unit */
         if (!touch->waits.known || size_of(since_s) > rules->confirm_s
-            || size_of(touched_um) > farthest_um || !agree(rules, away_um, sum_um2)) {
-            if (touch->excluded < most_excluded) {
-                touch->excluded++;
+            || !agree(rules, away_um, sum_um2)) {
+            touch->excluded++;
+            if (touch->excluded >= trip_excluded) {
+                return ended(touch, TX_TOO_MANY_EXCLUDED);
             }
             if (touch->excluded >= most_excluded) {
                 touch->belief = (tx_belief){.known = false};
@@ -146,9 +154,10 @@ static int16_t believed(tx_touch *touch, const tx_touch_rules *rules, tx_number 
     const tx_number moved_um = gain * away_um;
     touch->belief = (tx_belief){true, known_um + moved_um, left * known_um2, back_s};
     touch->waits = (tx_belief){.known = false};
-    touch->excluded = 0;
+    touch->excluded = touch->excluded > 0 ? (int16_t)(touch->excluded - 1) : 0;
     touch->shown_um = now_um;
-    return outcome;
+    const tx_number farthest_um = farthest * rules->largest_um;
+    return size_of(touch->belief.offset_um) > farthest_um ? ended(touch, TX_TOO_FAR) : outcome;
 }
 
 /* What stands in the ring for a touch of such an age. */
@@ -169,7 +178,7 @@ static int16_t looked_at(tx_touch *touch, const tx_touch_rules *rules, const tx_
         return TX_UNTIMELY;
     }
     if (touch->off) {
-        return TX_NO_EFFECT;
+        return touch->why;
     }
     int16_t slot = (int16_t)(touch->place + 1 - back);
     if (slot < 0) {

@@ -19,7 +19,9 @@ enum {
     TX_EXCLUDED = 3,
     TX_UNTIMELY = 5,
     TX_UNUSABLE = 6,
-    TX_NO_EFFECT = 8
+    TX_NO_EFFECT = 8,
+    TX_TOO_FAR = 9,
+    TX_TOO_MANY_EXCLUDED = 10
 };
 
 typedef struct {
@@ -55,8 +57,9 @@ typedef struct {
  * counter is a new touch, that of the first call is none. It refers to the model and the
  * correction of the call that stood at its time, of which the last 64 are kept, as long as the
  * control was seen to follow. A touch beyond the gate changes nothing and wants a second one; two
- * that agree are believed, a third one in a row voids what was known. Touches that do not see the
- * correction, or with the wrong sign, end at zero until reset acknowledges it.
+ * that agree are believed. Three more that were excluded than believed void what was known. Ten
+ * more, touches that do not see the correction or with the wrong sign, and such as show half as
+ * much again as the limit end at zero until reset acknowledges it.
  * Not protected: whether what was touched is where it was. A workpiece put in anew, a worn tool, a
  * datum that was set look like a drift, and are followed within limit and rate. */
 typedef struct {
@@ -66,12 +69,13 @@ typedef struct {
     tx_number shown_um; /* correction and model at the last touch that was believed */
     tx_belief belief; /* displacement that the model lacks */
     tx_belief waits; /* a touch that was excluded waits for a second one */
-    int16_t excluded; /* touches in a row that were excluded */
+    int16_t excluded; /* touches that were excluded more than believed */
+    int16_t why; /* outcome by which the offset is off */
     int16_t outcome; /* of the last touch */
     int16_t before; /* counter of the last call */
     int16_t place; /* newest of what was noted */
     int16_t filled; /* so many are known */
-    bool off; /* touches had no effect, and nobody has acknowledged it */
+    bool off; /* the offset is off, and nobody has acknowledged it */
     bool noted; /* the last call has said what a touch should show */
     tx_number noted_um; /* its correction and model */
     tx_number ring[TX_MOST_NOTED]; /* correction and model of the last calls */

@@ -247,7 +247,8 @@ def _odd_values(plant: SimulatedPlant) -> Rows:
 def _touches(plant: SimulatedPlant) -> Rows:
     """Touch: one that is right, wild, confirmed, late, none; while the correction moves or stays.
 
-    At last the machine shows the correction with the wrong sign, until that is acknowledged.
+    At last the machine shows the correction with the wrong sign, then too much, then what does not
+    fit, each until that is acknowledged.
     """
     yield from _active(plant)
     plant.alive = True
@@ -257,8 +258,9 @@ def _touches(plant: SimulatedPlant) -> Rows:
     yield 20, {}
     yield 2, plant.touch(60.0)
     yield 3, plant.touch(4.0)
-    yield 1, plant.touch(70.0)
-    yield 20, plant.touch(70.5)
+    for limits in (-1.0, 1.4):
+        yield 1, plant.touch(0.0, limits=limits)
+        yield 20, plant.touch(0.5, limits=limits)
     for more_um in (-90.0, 200.0, -300.0):
         yield 2, plant.touch(more_um)
     yield 10, plant.touch(2.0, 2.5 * plant.cycle_s)
@@ -279,8 +281,15 @@ def _touches(plant: SimulatedPlant) -> Rows:
     yield 2, plant.touch(2.5, 69.5 * plant.cycle_s)
     yield 2, plant.touch(2.5, 63.5 * plant.cycle_s)
     for turn in range(16):
-        yield 20, {**plant.trims((-1.0) ** turn), **plant.touch(0.0, sign=-1.0)}
+        wrong = {**plant.trims((-1.0) ** turn), **plant.touch(0.0, sign=-1.0)}
+        yield 20, {**wrong, "touches_act": False}
     yield 2, plant.touch(0.0)
+    yield 1, {"reset": True}
+    for _ in range(3):
+        yield 2, plant.touch(1.0, limits=3.0)
+    yield 1, {"reset": True}
+    for turn in range(11):
+        yield 2, plant.touch((-1.0) ** turn * (60.0 + 20.0 * turn))
     yield 1, {"reset": True}
     yield 2, plant.touch(1.0)
     yield 1, {**plant.touch(1.0), "cycle_time_s": 2.0 * plant.model.longest_gap_s}

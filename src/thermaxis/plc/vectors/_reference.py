@@ -350,7 +350,7 @@ class CycleBlock:
                     f"believed_{stem}": state.belief.offset_um if state.belief else 0.0,
                     f"std_{stem}": std_um,
                     f"touched_{stem}": self._touched.get(of.name, 0),
-                    f"off_{stem}": state.off,
+                    f"off_{stem}": state.off is not None,
                 }
         return said
 

@@ -78,7 +78,7 @@ class SimulatedPlant:
             **self.trims(0.0),
         }
         rows = zip(self.outputs, compensation.probed, strict=True)
-        self.touched = [stem for stem, own in rows if own is not None]
+        self.touched = {stem: own.limits for stem, own in rows if own is not None}
         if self.touched:
             self._usual |= {"touches_act": True, "datum": False}
         for stem in self.touched:
@@ -204,14 +204,20 @@ class SimulatedPlant:
         most_um = enumerate(bounds.largest_trim_um for bounds in self.bounds)
         return self.told("trim", [share * um if output in {k, -1} else 0.0 for k, um in most_um])
 
-    def touch(self, more_um: float, age_s: float = 0.0, sign: float = 1.0) -> dict[str, Any]:
-        """Return a new touch of every touched output: what the machine shows, and so much more."""
+    def touch(
+        self, more_um: float, age_s: float = 0.0, sign: float = 1.0, limits: float = 0.0
+    ) -> dict[str, Any]:
+        """Return a new touch of every touched output: what the machine shows, and so much more.
+
+        And so many limits of its offset.
+        """
         told: dict[str, Any] = {}
-        for stem in self.touched:
+        for stem, own in self.touched.items():
             said = (self.said[f"{name}_{stem}"] for name in ("correction", "weight", "model"))
             correction_um, weight, model_um = said
             self.usual[f"count_{stem}"] += 1
-            told[f"touch_{stem}"] = sign * (correction_um + weight * model_um) + more_um
+            shown_um = sign * (correction_um + weight * model_um)
+            told[f"touch_{stem}"] = shown_um + more_um + limits * own.largest_um
             told |= {f"age_{stem}": age_s, f"count_{stem}": self.usual[f"count_{stem}"]}
         return told
 

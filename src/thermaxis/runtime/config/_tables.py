@@ -281,6 +281,7 @@ class ProbeSettings(TouchFilter):
     touch leaves. Without it: only a touch that does not fit asks for another one. [µm]"""
     largest_um: Annotated[float | None, Field(gt=0.0, le=LARGEST_LIMIT_UM)] = None
     """Limit of what touches add to the correction, up or down, inside the total; up to 10 000.
+    Touches that show half as much again turn it off.
     Without it: no touch is looked at. [µm]"""
     largest_rate_um_per_s: Annotated[float | None, Field(gt=0.0, le=FASTEST_LIMIT_UM_PER_S)] = None
     """Fastest change of that, up to 1000; required with `largest_um`. Without it: none. [µm/s]"""

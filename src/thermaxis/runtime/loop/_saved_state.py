@@ -25,6 +25,7 @@ from thermaxis.compensation import (
     SensorState,
     SupervisorState,
     ThermalState,
+    TouchOutcome,
     Trim,
     cycle_state,
     initial_state,
@@ -146,7 +147,7 @@ def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
     for name in ("offsets", "expected"):
         del kept[name]  # what touches have taught starts anew with the machine
     names = [output.name for output in compensation.model.outputs]
-    void = [name for name, one in zip(names, saved.state.offsets, strict=False) if one.off]
+    offsets = zip(names, saved.state.offsets, strict=False)
     return {
         "format": STATE_FORMAT,
         "version": STATE_VERSION,
@@ -160,7 +161,7 @@ def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
         "channels": compensation.model.channels,
         "judged": compensation.judged,
         "outputs": names,
-        "touches_void": void,
+        "touches_void": {name: one.off for name, one in offsets if one.off},
         "state": kept,
     }
 
@@ -198,7 +199,9 @@ def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
     corrections = dict(zip(saved["outputs"], raw["correction_um"], strict=True))
     goals = dict(zip(saved["outputs"], raw["goal_um"], strict=True))
     trims = dict(zip(saved["outputs"], raw["trims"], strict=True))
-    void = compensation.touches.keys() & saved.get("touches_void", ())
+    why: Any = saved.get("touches_void", ())  # at first names alone, for one cause
+    why = dict.fromkeys(why, TouchOutcome.NO_EFFECT) | (why if type(why) is dict else {})  # pyright: ignore[reportUnknownVariableType] - JSON
+    void = {name: TouchOutcome(why[name]) for name in compensation.touches.keys() & why}
     if saved["channels"] == list(model.channels) and saved["outputs"] == names:
         restored = ThermalState(**{name: _tuples(value) for name, value in thermal.items()})
     else:
@@ -219,7 +222,7 @@ def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
         goal_um=tuple(float(goals.get(name, 0.0)) for name in names),
         trims=tuple(_trim(*trims.get(name, ())) for name in names),
         diameter_mm=raw["diameter_mm"],
-        offsets=tuple(OffsetState(off=name in void) for name in names) if void else (),
+        offsets=tuple(OffsetState(off=void.get(name)) for name in names) if void else (),
     )
 
 

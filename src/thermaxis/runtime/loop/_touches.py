@@ -70,10 +70,9 @@ class Touches:
             return samples, ()
         touches: list[Touch] = []
         left, before, self._names = dict(samples), self._count, tuple(compensation.touches)
-        for output, own in zip(compensation.model.outputs, compensation.probed, strict=True):
-            if own is None:
-                continue
-            name, sample = output.name, samples.get(probe_name(output.name), _NO_PROBE)
+        outputs = [output.name for output in compensation.model.outputs]
+        for name in self._names:
+            sample = samples.get(probe_name(name), _NO_PROBE)
             if counter_name(name) not in samples:  # touches are typed alone
                 continue
             at_s = self._risen(name, samples[counter_name(name)], now_s)
@@ -86,7 +85,7 @@ class Touches:
             if shown == self._shown[name]:
                 continue
             if self._settings.replayed:  # the log's machine was not corrected
-                value_um += state.correction_um[compensation.model.outputs.index(output)]
+                value_um += state.correction_um[outputs.index(name)]
             delay_s = self._settings.touch_delay_s.get(name, 0.0)
             touches.append(self._new(name, value_um, at_s - delay_s))
         for t in typed:
@@ -143,15 +142,13 @@ class Touches:
 
         Not where so many did not fit that another one tells nothing: the alarm says why.
         """
-        last = self._last.get(name)
-        confirmed = last is not None and last.outcome == TouchOutcome.CONFIRMED
+        confirmed = self._last.get(name, OutputTouches()).outcome == TouchOutcome.CONFIRMED
         if confirmed and one.belief is not None and rules.acts:  # wanted when it has arrived
             most_um, to_um = rules.limits.largest_um, -one.belief.offset_um
             to_um = min(max(to_um, -most_um), most_um)
             confirmed = abs(one.in_force_um - to_um) < rules.noise_um
         late = std_um > self._settings.wanted_std_um.get(name, math.inf)
-        tells = not one.off and one.excluded < MOST_EXCLUDED
-        return tells and (late or confirmed or one.excluded > 0)
+        return not one.off and (one.excluded < MOST_EXCLUDED if one.suspect else late or confirmed)
 
     def told(
         self, compensation: Compensation, state: CycleState, output: CycleOutput
@@ -164,9 +161,9 @@ class Touches:
                 offset_um=um,
                 std_um=std_um,
                 known_um=None if one.belief is None else one.belief.offset_um,
-                again=one.excluded > 0,
+                again=one.suspect is not None,
                 now=self._wants_more(compensation.touches[of.name], of.name, one, std_um or 0.0),
-                void=one.off,
+                void=one.off or "",
                 acts=compensation.touches[of.name].acts,
             )
             for of, one, um, std_um in rows

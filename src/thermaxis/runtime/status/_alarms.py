@@ -246,7 +246,7 @@ def _of_touches(status: RuntimeStatus, compensation: Compensation) -> _Found:
         touched, largest_um = status.touches.get(name, OutputTouches()), rules.limits.largest_um
         known_um = touched.known_um or 0.0
         if touched.void:
-            yield "touch_void", name, {"name": name}
+            yield "touch_void", name, {"name": name, "outcome": touched.void}
         elif touched.again:
             yield "touch_excluded", name, {"name": name, "value_um": touched.value_um or 0.0}
         if rules.acts and abs(known_um) > largest_um:

@@ -162,6 +162,10 @@ def _beyond_soft_limit(status: RuntimeStatus, owner: Owner) -> bool | None:
     return facts and abs(status.output.correction_um[owner.number]) > facts.limits.soft_um
 
 
+def _is_void(status: RuntimeStatus, owner: Owner) -> bool:
+    return owner.name in status.touches and bool(status.touches[owner.name].void)
+
+
 def _is_silent(status: RuntimeStatus) -> bool:
     """Whether the model says nothing: it waits for its first values, or has led to no number."""
     outcomes = status.output.outcomes
@@ -369,8 +373,8 @@ _OF_AN_OUTPUT = (
        missing=NONE_STATED),
     _F("OffsetActs", "offset_acts", "", _K.FLAG, "", "touches.*.acts",
        "Whether touches are added to the correction, and not only shown."),
-    _F("OffsetVoid", "offset_void", "offset_void", _K.FLAG, "", "touches.*.void",
-       "Whether touches do not see the correction: their offset is off until an Acknowledge.",
+    _F("OffsetVoid", "offset_void", "offset_void", _K.FLAG, "", _is_void,
+       "Whether touches contradict the offset that they gave: it is off until an Acknowledge.",
        prompt=True),
     _F("TouchNow", "touch_now", "touch_now", _K.FLAG, "", "touches.*.now",
        "Whether to touch now: the uncertainty passes `wanted_std_um`, or the last touch asks for"

@@ -98,8 +98,8 @@ class OutputTouches(NamedTuple):
     now: bool = False
     """Whether it is time to touch: what is wanted of the uncertainty is passed, or the last touch
     asks for another one."""
-    void: bool = False
-    """Whether touches do not see the correction: the offset stays off until an Acknowledge."""
+    void: str = ""
+    """Outcome by which the offset is off until an Acknowledge; empty where it is not."""
 
 
 class OutputFacts(NamedTuple):

@@ -30,6 +30,8 @@ from thermaxis.thermal.verification._limited_run import compensation_along, cycl
 _WIDE = Limits(LARGEST_LIMIT_UM, FASTEST_LIMIT_UM_PER_S)
 _RULES = TouchRules(limits=_WIDE, acts=True)
 _WANT_MORE = {TouchOutcome.EXCLUDED, TouchOutcome.CONFIRMED}
+_EXCLUDED = {TouchOutcome.EXCLUDED, TouchOutcome.TOO_MANY_EXCLUDED}
+_OFF = {TouchOutcome.NO_EFFECT, TouchOutcome.TOO_FAR, TouchOutcome.TOO_MANY_EXCLUDED}
 _EVERYWHERE_K = 1e6
 _DRIFTS_UM, _DISCREPANCIES_UM = np.meshgrid(
     np.geomspace(0.05, 50.0, 61), [0.0, *np.geomspace(0.1, 20.0, 31)], indexing="ij"
@@ -109,12 +111,12 @@ class TouchFigures:
     touches: int
     """Touches along the log, but for one in its last row. [1]"""
     excluded: int
-    """Of them excluded by the gate. [1]"""
+    """Of them excluded by the gate, or after it had excluded too many. [1]"""
     untimely: int
     """Of them not used, as what was in force at their time is not known, such as one in the first
     row, where the model starts. [1]"""
     off: bool
-    """Whether touches did not see the correction, so that the offset was off at the end."""
+    """Whether touches contradicted the offset that they gave, so that it was off at the end."""
     within_two_sigma: float | None
     """Share of the innovations in the rows that count within two standard deviations; None where
     there are none. [1]"""
@@ -272,9 +274,9 @@ def touched_run(
     return TouchFigures(
         *errors,
         touches=len(outcomes),
-        excluded=outcomes.count(TouchOutcome.EXCLUDED),
+        excluded=sum(one in _EXCLUDED for one in outcomes),
         untimely=outcomes.count(TouchOutcome.UNTIMELY),
-        off=TouchOutcome.NO_EFFECT in outcomes,
+        off=not _OFF.isdisjoint(outcomes),
         within_two_sigma=float(np.mean(judged)) if judged else None,
         likely=_likeliest(rules, before if len(before) >= _FEWEST else seen),
         wanted_um=plan.wanted_um,

@@ -284,10 +284,10 @@ function touchRows(name, axis) {
 
 /** What became of the last touch, in few words. @param {any} axis */
 function outcomeSaid(axis) {
+  if (axis.offset_void) return word("operator-touch_off");
   return {
     "": word("operator-touch_none"), believed: word("operator-touch_renewed"),
     confirmed: word("operator-touch_renewed"), excluded: word("operator-touch_again"),
-    no_effect: word("operator-touch_off"),
   }[/** @type {string} */ (axis.touch_outcome)] ?? word("operator-touch_unused");
 }
 
