@@ -7,7 +7,6 @@ is sent and answers nothing, as a frozen one does; and it can be plugged into an
 
 import asyncio
 import contextlib
-import math
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime, timedelta
 from typing import final
@@ -257,7 +256,3 @@ async def until(condition, limit_s: float = LONGEST_S) -> float:
         assert loop.time() - began_s < limit_s, "the condition did not come true"
         await asyncio.sleep(0.005)
     return loop.time() - began_s
-
-
-def close_to(a: float | None, b: float) -> bool:
-    return a is not None and math.isclose(a, b, rel_tol=1e-6, abs_tol=1e-9)

@@ -16,9 +16,7 @@ from thermaxis.compensation import (
     Outcome,
     Output,
     Part,
-    Quality,
     Reason,
-    SampleQuality,
     Section,
     SensorRules,
     SupervisorRules,
@@ -32,8 +30,6 @@ from thermaxis.plc.vectors import ODD
 STATES = list(SupervisorState)
 REASONS = list(Reason)
 OUTCOMES = list(Outcome)
-SAMPLE_QUALITIES = list(SampleQuality)
-QUALITIES = list(Quality)
 MODELS = Path(__file__).parents[3] / "examples" / "models"
 
 DURATIONS = (

@@ -3,7 +3,7 @@
 import asyncio
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -239,6 +239,3 @@ def write_history(
     one.attempt()
     assert one.status == (True, 0, 0, None)
     one.disconnect()
-
-
-Builder = Callable[..., CycleRecord]

@@ -741,30 +741,6 @@ async def test_a_port_that_is_taken_is_said_in_words_and_leaves_nothing_running(
 
 
 @scene
-async def test_a_certificate_or_key_that_cannot_be_used_is_said_in_words(
-    pairs: Pairs, tmp_path: Path
-) -> None:
-    broken, shared = tmp_path / "broken.der", tmp_path / "shared.pem"
-    broken.write_bytes(b"no certificate")
-    broken.chmod(0o600)
-    shared.write_bytes(pairs.server.key.read_bytes())
-    shared.chmod(0o640)
-
-    for changes, said in (
-        ({"certificate": broken}, "no_certificate"),
-        ({"private_key": broken}, "no_rsa_key"),
-        ({"private_key": tmp_path / "none.pem"}, "file_unreadable"),
-        ({"private_key": shared}, "file_open_to_others"),
-        ({"private_key": pairs.client.key}, "pair_differs"),
-    ):
-        server = StatusServer(replace(pairs.settings(), **changes), Box(), HandClock())
-        with pytest.raises(ConfigurationError) as caught:
-            await server.open()
-        assert caught.value.code == said
-        await server.close()
-
-
-@scene
 async def test_a_server_that_was_closed_can_be_opened_again() -> None:
     server = StatusServer(viewers(), Box(), HandClock())
     for _ in range(2):

@@ -150,12 +150,6 @@ def test_what_is_no_request_is_refused_before_anybody_is_asked() -> None:
     assert somebody.asked == []
 
 
-def test_asking_is_no_reading() -> None:
-    somebody = Somebody()
-    assert somebody.send("GET", "/ask").status_code == 405
-    assert somebody.asked == []
-
-
 _JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
     lambda inner: (

@@ -598,21 +598,6 @@ def test_places_that_the_command_names_do_not_reach_the_page(tmp_path: Path) -> 
 # ---- who may ------------------------------------------------------------------------------------
 
 
-def test_only_engineers_send_files(stage: Stage) -> None:
-    for role, found in (
-        (None, (401, "login-needed")),
-        (Role.VIEWER, (403, "login-role_too_low")),
-        (Role.OPERATOR, (403, "login-role_too_low")),
-    ):
-        stage.people.come(role)
-        answer = stage.send(b"1", name="a.csv")
-        assert (answer.status_code, answer.json()["error"]) == found
-    stage.people.come(Role.ENGINEER)
-    answer = stage.send(b"1", headers={"X-Thermaxis-Token": "forged"}, name="a.csv")
-    assert answer.status_code == 403
-    assert stage.folders() == []
-
-
 def test_nobody_sends_files_where_everybody_may_look(tmp_path: Path) -> None:
     with Stage(tmp_path, view_without_login=True) as stage:
         stage.people.come(None)
