@@ -58,6 +58,7 @@ PROMISED = {
     "verify.outputs.NAME.peak_to_peak_um": "uncompensated residual reduction",
 }
 FREE = (
+    "thermal-test-evaluate.cases[].quantities[].whole.standard_uncertainties",
     *("options", "test.header", "test.environment", "plan.plan", "plan.search.tried"),
     *(f"identify.outputs.NAME.{key}" for key in ("numerator", "denominator")),
     *("identify.joint_gains.gains", "verify.logs[].outputs.NAME.contribution_peak_to_peak_um"),
@@ -286,7 +287,7 @@ def write_machine(example: Path, folder: Path, found: dict[str, set[str]]) -> No
     keys_by_place(_record(proof, touches=True), "commission", found)
     times = (datetime(2026, 11, day, tzinfo=UTC) for day in (9, 21, 23))
     output = Output("Z_um", (Part("spindle", "T_spindle_C"),))
-    one = Candidate(output, None, Comparison(1.0, 0.5, 1.5, 1.2, 30, 1.6), (2.0, 1.5), True)
+    one = Candidate(output, None, Comparison(1.0, 0.5, 1.5, 1.2, 30), (2.0, 1.5), True)
     told = RelearnedOutput("Z_um", (300, 60), (one,), one, Message("relearn-better"))
     machine = read_machine(example / "lathe.toml")
     relearnt = _described(machine, Proposal(None, (told,)), ("", None), tuple(times), [])

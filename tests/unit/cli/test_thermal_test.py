@@ -1,5 +1,6 @@
 """`thermal-test evaluate` on a log of a spindle test: figures, cases, and set-ups it refuses."""
 
+import hashlib
 import json
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 
 from tests.unit.cli.refusals import refusal
 from thermaxis.cli import main
-from thermaxis.compensation import CompensationModel, Output, Part
+from thermaxis.compensation import CompensationModel, Output, Part, Provenance, TrainingLog
 from thermaxis.files import write_model, write_thermal_log
 from thermaxis.thermal import ThermalLog
 
@@ -110,3 +111,16 @@ def test_a_model_of_other_channels_is_refused(folder: Path) -> None:
     write_model(model, folder / "other.json")
     error = refusal(*words_of(folder), "--model", folder / "other.json")
     assert error.code == "model_not_of_test"
+
+
+def test_a_log_from_which_the_model_was_identified_proves_nothing_and_it_is_said(
+    folder: Path, capsys
+) -> None:
+    part = Part("spindle", "T_spindle_C", direct_gain_um_per_k=0.5)
+    digest = hashlib.sha256((folder / "log.csv").read_bytes()).hexdigest()
+    provenance = Provenance(logs=(TrainingLog("log.csv", digest, 361),))
+    model = CompensationModel(outputs=(Output("X1_um", (part,)),), provenance=provenance)
+    write_model(model, folder / "own.json")
+    for name, told in (("own", True), ("model", False)):
+        assert main([*words_of(folder), "--model", str(folder / f"{name}.json")]) == 0
+        assert ("identified on this log" in capsys.readouterr().out) == told

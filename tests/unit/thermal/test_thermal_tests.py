@@ -228,7 +228,7 @@ def test_uncertainty_has_the_terms_that_are_stated() -> None:
     log = log_of(6.0, **{n: c for n, c in SPINDLE_COLUMNS.items() if n != "n_rpm"})
     test = evaluate_thermal_test(log, ETVE, replace(SETUP, uncertainty=budget))
     x1, b = (of(test)[name].whole for name in ("X1", "B"))
-    terms = {term.cause.value: term.standard for term in x1.terms}
+    terms: dict[str, float] = dict(x1.standard_uncertainties)
     steps = np.abs(np.diff(of(test)["X1"].values))
     low, high = 0.5 * steps[29:31].max(), 0.5 * steps[269:271].max()  # at rest before; as it stops
     assert terms.pop("sampling") == pytest.approx(np.hypot(steps[0] / 2, high) / 3**0.5, rel=1e-9)
@@ -237,11 +237,11 @@ def test_uncertainty_has_the_terms_that_are_stated() -> None:
         {"probe": 0.2, "temperature": 0.3 * 1.2 / 3**0.5, "resolution": 0.12 / 6**0.5}, rel=1e-9
     )
     scale = 8.0 * 2**0.5
-    tilt = {term.cause.value: term.standard for term in b.terms}
+    tilt: dict[str, float] = dict(b.standard_uncertainties)
     assert tilt.pop("distance") == pytest.approx(b.value * 0.5 / 125.0, rel=1e-9)
     tilt.pop("sampling")
     assert tilt == pytest.approx({cause: scale * u for cause, u in terms.items()}, rel=1e-9)
-    squares = sum(term.standard**2 for term in b.terms)
+    squares = sum(u**2 for u in b.standard_uncertainties.values())
     assert b.expanded_uncertainty == pytest.approx(2.0 * squares**0.5, rel=1e-12)
 
 

@@ -93,6 +93,8 @@ def _evaluated(
             measured.log, kind, setup, model, reference_s=arguments.reference
         )
         warnings += told
+        if measured.training.sha256 in {one.sha256 for one in model.provenance.logs}:
+            warnings.append(Message("warning-thermal_test_of_training"))
         tests[CompensationCase.LEFT_BY_MODEL] = thermal.evaluate_thermal_test(left, kind, setup)
     if arguments.in_force is not None:
         logs.append(_read(arguments, arguments.in_force).log)

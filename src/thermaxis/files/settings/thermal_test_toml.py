@@ -7,20 +7,7 @@ from thermaxis.thermal import ThermalTestSetup
 
 
 def read_thermal_test_setup(path: Path) -> ThermalTestSetup:
-    """Read the set-up of a thermal test.
-
-    Parameters
-    ----------
-    path : Path
-        TOML whose keys are the fields of `ThermalTestSetup`: tables ``[probes]`` (x1, x2, y1, y2,
-        z, distance_mm) or ``[targets]`` (first, second), ``[motion]`` (speed, highest,
-        running_min), ``[uncertainty]`` (probe_um, resolution_um, fixture_um_per_k, distance_mm),
-        and ``ambient`` and ``spans_h`` before them.
-
-    Returns
-    -------
-    ThermalTestSetup
-        What it says.
+    """Read the set-up of a thermal test: TOML whose keys are the fields of `ThermalTestSetup`.
 
     Raises
     ------

@@ -9,3 +9,4 @@ warning-thermal_test_without_ambient = není uvedena teplota prostředí: její 
 warning-thermal_test_probe_not_stated = nejistota snímačů posunutí není uvedena: U je bez ní
 warning-thermal_test_gap = { $quantity } nemá od minuty { $at_min } po { $minutes } min žádnou hodnotu: co se tam stalo, není v žádném rozpětí
 warning-thermal_test_model_failed = v { $percent } % řádků měl vstup modelu příliš dlouhý výpadek
+warning-thermal_test_of_training = model byl identifikován na tomto záznamu: co nechává, nic nedokazuje, to dokáže až jiná zkouška

@@ -9,3 +9,4 @@ warning-thermal_test_without_ambient = keine Umgebungstemperatur ist benannt: ih
 warning-thermal_test_probe_not_stated = die Unsicherheit der Taster ist nicht angegeben: U ist ohne sie
 warning-thermal_test_gap = { $quantity } hat ab Minute { $at_min } für { $minutes } min keinen Wert: was dort geschah, steht in keiner Spanne
 warning-thermal_test_model_failed = in { $percent } % der Zeilen war ein Eingang des Modells zu lange ausgefallen
+warning-thermal_test_of_training = das Modell wurde an diesem Log identifiziert: was es übrig lässt, beweist nichts, das tut erst eine andere Prüfung

@@ -9,3 +9,4 @@ warning-thermal_test_without_ambient = no ambient temperature is named: its rang
 warning-thermal_test_probe_not_stated = the uncertainty of the probes is not stated: U is without it
 warning-thermal_test_gap = { $quantity } has no value for { $minutes } min from minute { $at_min } on: what happened there is in no range
 warning-thermal_test_model_failed = in { $percent } % of the rows an input of the model had failed for too long
+warning-thermal_test_of_training = the model was identified on this log: what it leaves is no proof of it, another test is

@@ -47,18 +47,7 @@ _TEMPERATURE = {
 
 
 def describe_thermal_test(report: ThermalTestReport) -> list[Part]:
-    """Return everything that was evaluated of a thermal test.
-
-    Parameters
-    ----------
-    report : ThermalTestReport
-        The test, as measured and with compensation.
-
-    Returns
-    -------
-    list of Part
-        What ``thermaxis thermal-test evaluate`` shows and writes.
-    """
+    """Return everything that was evaluated of a thermal test, as terminal and JSON have it."""
     compared = compared_table(report)
     return [
         Value("version", report.version),
@@ -103,9 +92,11 @@ def tables_of(test: ThermalTest) -> list[Table]:
 def lines_of(test: ThermalTest) -> list[str]:
     """Return how long test, motion and rest were, and whether the test may end."""
     lasts_h, rest_h = (test.end_s - test.begin_s) / 3600.0, test.cooling_s / 3600.0
-    if test.kind is ThermalTestKind.ETVE:
-        return [f"Duration {lasts_h:.4g} h."]
     lines = [f"In motion {lasts_h:.4g} h, then {rest_h:.4g} h at rest."]
+    if test.kind is ThermalTestKind.ETVE:
+        lines = [f"Duration {lasts_h:.4g} h."]
+    if test.room_spread_k is not None:
+        lines.append(f"Within the room at one time at most {test.room_spread_k:.2f} K.")
     if (end := test.end_criterion) is not None:
         lines.append(
             f"End of the test [M] {'' if end.reached else 'not '}reached: the last 60 min change"
@@ -155,7 +146,7 @@ def _within(test: ThermalTest, one: ThermalTestQuantity) -> Iterator[Value]:
 
 
 def _budget(figure: RangeFigure) -> list[Value]:
-    known = {term.cause: term.standard for term in figure.terms}
+    known = figure.standard_uncertainties
     terms = [Value("", known.get(cause), cause.value, ".3f") for cause in UncertaintyCause]
     return [*terms, Value("", figure.expanded_uncertainty, "U", ".2f")]
 
@@ -211,6 +202,8 @@ def _quantity(one: ThermalTestQuantity) -> Sequence[Value]:
 
 
 def _figure(figure: RangeFigure) -> Mapping[str, object]:
-    terms = [{"cause": t.cause, "standard_uncertainty": t.standard} for t in figure.terms]
-    u = figure.expanded_uncertainty
-    return {"value": figure.value, "expanded_uncertainty": u, "budget": terms}
+    return {
+        "value": figure.value,
+        "expanded_uncertainty": figure.expanded_uncertainty,
+        "standard_uncertainties": figure.standard_uncertainties,
+    }

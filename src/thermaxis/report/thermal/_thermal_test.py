@@ -85,10 +85,7 @@ def write_thermal_test_report(report: ThermalTestReport, *paths: Path) -> None:
 def write_thermal_test_figures(report: ThermalTestReport, folder: Path) -> tuple[Path, ...]:
     """Write every chart of a thermal test as PNG and SVG, and what is drawn as CSV.
 
-    Raises
-    ------
-    ConfigurationError
-        If the folder or a file cannot be written.
+    ConfigurationError says what cannot be written.
     """
     return write_charts(_charts(report), folder)
 
@@ -102,7 +99,7 @@ def _document(report: ThermalTestReport) -> Document:
     charts = pictures_of(_charts(report))
     date, draft = report.document_date, ", draft" * bool(report.missing_fields)
     compared = compared_table(report)
-    notes = [*_setup_words(report), *lines_of(test), *_NOTES]
+    notes = [_setup_words(report), *lines_of(test), *_NOTES]
     sections = [
         Section("Over time", (charts["over_time"],)),
         Section("Notes to the results", (ItemList(tuple(notes), numbered=True),)),
@@ -136,29 +133,14 @@ def _document(report: ThermalTestReport) -> Document:
     )
 
 
-def _setup_words(report: ThermalTestReport) -> list[str]:
-    setup = report.setup
-    named = setup.probes.named
-    if report.measured.kind is ThermalTestKind.LINEAR and setup.targets is not None:
-        both = (setup.targets.first, setup.targets.second)
-        named = [
-            (f"P{k}{side}", c)
-            for k, t in enumerate(both, 1)
-            for side, c in zip("+-", t, strict=True)
-        ]
+def _setup_words(report: ThermalTestReport) -> str:
+    setup, apart = report.setup, report.setup.probes.distance_mm
+    named = setup.named(report.measured.kind)
     listed = ", ".join(f"{name}: {name_text(channel, 40)}" for name, channel in named)
-    apart = setup.probes.distance_mm
-    tilts = (
-        ""
-        if apart is None
-        else (
-            f" l = {as_given(apart)} mm; tilts A = (Y1 - Y2)/l, about X, and"
-            " B = (X1 - X2)/l, about Y [M]."
-        )
-    )
     if report.measured.kind is ThermalTestKind.LINEAR:
-        tilts = " +: approached forward, -: backward; D = P2 - P1."
-    return [f"Channels: {listed}.{tilts}"]
+        return f"Channels: {listed}. +: approached forward, -: backward; D = P2 - P1."
+    tilts = "" if apart is None else f" l = {as_given(apart)} mm."
+    return f"Channels: {listed}.{tilts} Tilts: A = (Y1 - Y2)/l, B = (X1 - X2)/l [M]."
 
 
 def _compensation(

@@ -7,7 +7,6 @@ from ._figures import (
     ThermalTestQuantity as ThermalTestQuantity,
     ThermalTestTemperature as ThermalTestTemperature,
     UncertaintyCause as UncertaintyCause,
-    UncertaintyTerm as UncertaintyTerm,
 )
 from ._left import left_by_model as left_by_model
 from ._ranges import largest_ranges as largest_ranges

@@ -22,7 +22,6 @@ from thermaxis.thermal.test._figures import (
     ThermalTestQuantity,
     ThermalTestTemperature,
     UncertaintyCause,
-    UncertaintyTerm,
 )
 from thermaxis.thermal.test._ranges import largest_ranges, range_of, rows_between
 from thermaxis.thermal.test._setup import ThermalTestKind, ThermalTestSetup
@@ -58,20 +57,6 @@ def evaluate_thermal_test(
 ) -> ThermalTest:
     """Evaluate a log as one of the four tests of ISO 230-3.
 
-    Parameters
-    ----------
-    log : ThermalLog
-        The log, with the channels that the set-up names.
-    kind : ThermalTestKind
-        Which test it is.
-    setup : ThermalTestSetup
-        Probes, motion and what is known of U.
-
-    Returns
-    -------
-    ThermalTest
-        Ranges of displacements and tilts with U, temperatures, speeds.
-
     Raises
     ------
     ConfigurationError
@@ -91,7 +76,7 @@ def evaluate_thermal_test(
     if not end_s - begin_s + step_s >= HOUR_S:
         minutes = significant((end_s - begin_s) / 60.0, 3)
         raise DataError("thermal_test_too_short", minutes=minutes, place=log.place())
-    warnings = list(_warnings(log, kind, setup, begin_s, end_s))
+    warnings = list(_warnings(log, kind, setup, end_s))
     ambient = [_measured(log, name, "degC") for name in setup.ambient]
     measured = [*((one.name, one.values) for one in series if one.probes == 1)]
     for name, values in (*measured, *zip(setup.ambient, ambient, strict=True)):
@@ -99,14 +84,15 @@ def evaluate_thermal_test(
     spans_h: tuple[float, ...] = ()
     if kind is ThermalTestKind.ETVE:
         spans_h = tuple(t for t in setup.spans_h if t * HOUR_S <= end_s - begin_s + step_s)
-    own = _Spans(log.time_s, begin_s, end_s, spans_h)
-    quantities = tuple(_quantity(one, own, ambient, setup) for one in series)
-    criterion = None
-    if kind is not ThermalTestKind.ETVE:
-        criterion = _criterion(quantities, end_s - begin_s + step_s)
-        if end_s - begin_s < CUSTOMARY_H * HOUR_S and not (criterion and criterion.reached):
-            values = {"hours": significant((end_s - begin_s) / HOUR_S, 3), "least_h": CUSTOMARY_H}
-            warnings.append(Message("warning-thermal_test_ended_early", values))
+    own = _Rows(log.time_s, begin_s, end_s, step_s)
+    quantities = tuple(_quantity(one, own, spans_h, ambient, setup) for one in series)
+    criterion = None if kind is ThermalTestKind.ETVE else _criterion(quantities)
+    hours = significant((end_s - begin_s) / HOUR_S, 3)
+    if hours < CUSTOMARY_H and not (criterion and criterion.reached):
+        values = {"hours": hours, "least_h": CUSTOMARY_H}
+        early = Message("warning-thermal_test_ended_early", values)
+        short = Message("warning-thermal_test_short", values)
+        warnings.append(short if kind is ThermalTestKind.ETVE else early)
     return ThermalTest(
         kind=kind,
         name=log.name,
@@ -128,19 +114,9 @@ def evaluate_thermal_test(
 
 def _series(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> Iterator[_Series]:
     """Yield what is measured, and behind it what is made of two of them."""
+    differences, named = [("A", "Y1", "Y2"), ("B", "X1", "X2")], setup.named(kind)
     if kind is ThermalTestKind.LINEAR:
-        if setup.targets is None:
-            raise ConfigurationError("targets_missing", place=Place(key="targets"))
-        sides = (setup.targets.first, setup.targets.second)
-        named = [
-            (f"P{k}{way}", c)
-            for k, t in enumerate(sides, 1)
-            for way, c in zip("+-", t, strict=True)
-        ]
         differences = [("D+", "P2+", "P1+"), ("D-", "P2-", "P1-")]
-    else:
-        named = [*setup.probes.named]
-        differences = [("A", "Y1", "Y2"), ("B", "X1", "X2")]
     if not named:
         raise ConfigurationError("probes_missing", place=Place(key="probes"))
     stated_um = setup.uncertainty.resolution_um
@@ -190,54 +166,47 @@ def _difference(time_s: FloatArray, one: FloatArray, other: FloatArray) -> Float
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class _Spans:
-    """Which rows of a test belong together."""
+class _Rows:
+    """Which rows of a test belong together; a row less at the end is no hour less."""
 
     time_s: FloatArray
     begin_s: float
     end_s: float
-    spans_h: tuple[float, ...]
+    step_s: float
+
+    def within(self, first_s: float, last_s: float) -> NDArray[np.bool_]:
+        return rows_between(self.time_s, max(first_s, self.begin_s), min(last_s, self.end_s))
 
     @property
     def whole(self) -> NDArray[np.bool_]:
-        return rows_between(self.time_s, self.begin_s, self.end_s)
+        return self.within(self.begin_s, self.end_s)
 
     @property
-    def first_hour(self) -> NDArray[np.bool_]:
-        return rows_between(self.time_s, self.begin_s, self.begin_s + HOUR_S) & self.whole
-
-    @property
-    def last_hour(self) -> NDArray[np.bool_]:
-        return rows_between(self.time_s, self.end_s - HOUR_S, self.end_s) & self.whole
-
-    @property
-    def cooling(self) -> NDArray[np.bool_]:
-        return rows_between(self.time_s, self.end_s, float(self.time_s[-1]))
-
-    def hours(self) -> Iterator[NDArray[np.bool_]]:
-        """Yield the rows of each whole hour; a last one may end a row early."""
-        steps = np.diff(self.time_s)
-        step_s = float(np.median(steps)) if steps.size else 0.0
-        for k in range(int((self.end_s - self.begin_s + step_s) / HOUR_S)):
-            begin_s = self.begin_s + k * HOUR_S
-            yield rows_between(self.time_s, begin_s, begin_s + HOUR_S) & self.whole
+    def hours(self) -> list[NDArray[np.bool_]]:
+        count = int((self.end_s - self.begin_s + self.step_s) / HOUR_S)
+        begins_s = self.begin_s + HOUR_S * np.arange(count)
+        return [self.within(begin_s, begin_s + HOUR_S) for begin_s in begins_s.tolist()]
 
 
 def _quantity(
-    one: _Series, own: _Spans, ambient: list[FloatArray], setup: ThermalTestSetup
+    one: _Series,
+    own: _Rows,
+    spans_h: tuple[float, ...],
+    ambient: list[FloatArray],
+    setup: ThermalTestSetup,
 ) -> ThermalTestQuantity:
-    cooling = own.cooling
+    hours, cooling = own.hours, rows_between(own.time_s, own.end_s, float(own.time_s[-1]))
     has_cooling = int(np.count_nonzero(cooling & ~np.isnan(one.values))) > 1
     return ThermalTestQuantity(
         name=one.name,
         unit=one.unit,
         values=one.values,
-        first_hour=_range(one, own.first_hour, ambient, setup),
+        first_hour=_range(one, hours[0], ambient, setup),
         whole=_range(one, own.whole, ambient, setup),
-        last_hour=range_of(one.values[own.last_hour]),
+        last_hour=range_of(one.values[own.within(own.end_s - HOUR_S, own.end_s)]),
         cooling=_range(one, cooling, ambient, setup) if has_cooling else None,
-        drift_per_h=tuple(_slope(own.time_s[rows], one.values[rows]) for rows in own.hours()),
-        within_spans=largest_ranges(own.time_s, one.values, [t * HOUR_S for t in own.spans_h]),
+        drift_per_h=tuple(_slope(own.time_s[rows], one.values[rows]) for rows in hours),
+        within_spans=largest_ranges(own.time_s, one.values, [t * HOUR_S for t in spans_h]),
     )
 
 
@@ -272,7 +241,7 @@ def _range(
     if one.distance_mm is not None and known.distance_mm is not None:
         relative = known.distance_mm / COVERAGE / one.distance_mm
         terms[UncertaintyCause.DISTANCE] = value * relative
-    return RangeFigure(value, tuple(UncertaintyTerm(*term) for term in terms.items()))
+    return RangeFigure(value, terms)
 
 
 def _between_rows(values: FloatArray) -> float:
@@ -308,7 +277,7 @@ def _span(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> tu
     return float(log.time_s[moving[0]]), float(log.time_s[moving[-1]])
 
 
-def _spectrum(log: ThermalLog, setup: ThermalTestSetup, own: _Spans) -> tuple[SpeedClass, ...]:
+def _spectrum(log: ThermalLog, setup: ThermalTestSetup, own: _Rows) -> tuple[SpeedClass, ...]:
     """Return how long which speeds were run; a row holds until the next one."""
     if not setup.motion.speed:
         return ()
@@ -330,11 +299,9 @@ def _spectrum(log: ThermalLog, setup: ThermalTestSetup, own: _Spans) -> tuple[Sp
     return tuple(classes)
 
 
-def _criterion(
-    quantities: tuple[ThermalTestQuantity, ...], running_s: float
-) -> EndCriterion | None:
+def _criterion(quantities: tuple[ThermalTestQuantity, ...]) -> EndCriterion | None:
     own = [one for one in quantities if not one.is_tilt]
-    if running_s < 2.0 * HOUR_S:
+    if len(own[0].drift_per_h) < 2:
         return None
     return EndCriterion(max(one.first_hour.value for one in own), max(one.last_hour for one in own))
 
@@ -343,11 +310,11 @@ def _criterion(
 
 
 def _temperatures(
-    log: ThermalLog, setup: ThermalTestSetup, own: _Spans
+    log: ThermalLog, setup: ThermalTestSetup, own: _Rows
 ) -> Iterator[ThermalTestTemperature]:
     ambient = [log.name_of(name) for name in setup.ambient]
     others = [n for n, unit in log.units.items() if unit in TEMPERATURES and n not in ambient]
-    whole, first = own.whole, own.first_hour
+    whole, first = own.whole, own.hours[0]
     for name in (*ambient, *others):
         values = log.column(name, unit="degC")
         known = values[whole & ~np.isnan(values)]
@@ -376,13 +343,9 @@ def _spread(ambient: list[FloatArray]) -> float | None:
 
 
 def _warnings(
-    log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup, begin_s: float, end_s: float
+    log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup, end_s: float
 ) -> Iterator[Message]:
-    hours = significant((end_s - begin_s) / HOUR_S, 3)
     if kind is ThermalTestKind.ETVE:
-        if hours < CUSTOMARY_H:
-            values = {"hours": hours, "least_h": CUSTOMARY_H}
-            yield Message("warning-thermal_test_short", values)
         for name, unit in log.units.items():
             moved = np.abs(log.columns[name]) > STANDSTILL
             if unit == "rpm" and bool(np.any(moved)):

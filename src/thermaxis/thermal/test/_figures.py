@@ -1,6 +1,7 @@
 """Figures of a thermal test: ranges with their uncertainty, temperatures, speeds."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import final
@@ -37,29 +38,18 @@ class UncertaintyCause(StrEnum):
 
 @final
 @dataclass(frozen=True, slots=True)
-class UncertaintyTerm:
-    """A part of the uncertainty of a range."""
-
-    cause: UncertaintyCause
-    """Where it comes from."""
-    standard: float
-    """Standard uncertainty. [unit of the range]"""
-
-
-@final
-@dataclass(frozen=True, slots=True)
 class RangeFigure:
     """A range with its uncertainty."""
 
     value: float
     """Largest less smallest value. [µm or µm/m]"""
-    terms: tuple[UncertaintyTerm, ...]
-    """What makes it uncertain; what nobody stated is not there."""
+    standard_uncertainties: Mapping[UncertaintyCause, float]
+    """By what makes it uncertain; what nobody stated is not there. [µm or µm/m]"""
 
     @property
     def expanded_uncertainty(self) -> float:
         """U with k = 2, independent terms (GUM). [µm or µm/m]"""
-        return COVERAGE * math.sqrt(sum(term.standard**2 for term in self.terms))
+        return COVERAGE * math.sqrt(sum(u**2 for u in self.standard_uncertainties.values()))
 
 
 @final

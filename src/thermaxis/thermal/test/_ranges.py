@@ -28,20 +28,8 @@ def largest_ranges(
 ) -> tuple[float, ...]:
     """Return the largest range in any span of each length: ETVE(D, t) of ISO 230-3 [M].
 
-    Parameters
-    ----------
-    time_s : FloatArray
-        Times, (n,), rising. [s]
-    values : FloatArray
-        Values, (n,); NaN where not measured. [any]
-    spans_s : sequence of float
-        Lengths t of the spans; their ends belong to them. [s]
-
-    Returns
-    -------
-    tuple of float
-        For each length the largest difference of two values at most so far apart; NaN without any
-        value. [as the values]
+    Values and rising times are (n,), values NaN where not measured; the ends of a span belong to
+    it. Each entry is the largest difference of two values at most so far apart; NaN without any.
 
     Notes
     -----

@@ -28,13 +28,7 @@ class ThermalTestKind(StrEnum):
 @final
 @dataclass(frozen=True, slots=True)
 class Probes:
-    """Channels of the five displacement probes at the mandrel or the table [M].
-
-    Raises
-    ------
-    ConfigurationError
-        If a second probe has no first one or no distance to it, or a channel is named twice.
-    """
+    """Channels of the five displacement probes at the mandrel or the table [M]."""
 
     x1: str = ""
     """Along X; empty where there is none."""
@@ -50,7 +44,6 @@ class Probes:
     """Distance l from X1 to X2 and from Y1 to Y2. [mm]"""
 
     def __post_init__(self) -> None:
-        """Check that every tilt has what it needs."""
         require_unique("probes", [channel for _, channel in self.named])
         if self.distance_mm is not None:
             require_positive("probes.distance_mm", self.distance_mm, _LARGEST)
@@ -72,13 +65,7 @@ class Probes:
 @final
 @dataclass(frozen=True, slots=True)
 class MotionTargets:
-    """Channels of the deviations at the two targets of a linear axis, from both sides.
-
-    Raises
-    ------
-    ConfigurationError
-        If a channel is named twice.
-    """
+    """Channels of the deviations at the two targets of a linear axis, from both sides."""
 
     first: tuple[str, str]
     """At the first target, approached forward and backward."""
@@ -86,20 +73,13 @@ class MotionTargets:
     """At the second one."""
 
     def __post_init__(self) -> None:
-        """Check that all are different."""
         require_unique("targets", [*self.first, *self.second])
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class ThermalTestMotion:
-    """When something moved, and how fast.
-
-    Raises
-    ------
-    ConfigurationError
-        If a number is not possible, or begin and end do not follow each other.
-    """
+    """When something moved, and how fast."""
 
     speed: str = ""
     """Channel of the speed: it moved from its first row above 1 to its last one."""
@@ -109,7 +89,6 @@ class ThermalTestMotion:
     """Begin and end where no speed was recorded, since the first row. [min]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         if self.highest is not None:
             require_positive("motion.highest", self.highest, _LARGEST)
         if self.running_min is not None and not 0.0 <= self.running_min[0] < self.running_min[1]:
@@ -121,13 +100,7 @@ class ThermalTestMotion:
 @final
 @dataclass(frozen=True, slots=True)
 class ThermalTestBudget:
-    """What is known of the uncertainty of the probes.
-
-    Raises
-    ------
-    ConfigurationError
-        If a number is negative or absurdly large.
-    """
+    """What is known of the uncertainty of the probes."""
 
     probe_um: float | None = None
     """Expanded uncertainty (k = 2) of a displacement by one probe. [µm]"""
@@ -139,7 +112,6 @@ class ThermalTestBudget:
     """Expanded uncertainty (k = 2) of the distance of the probes. [mm]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         for one in fields(self):
             if (value := getattr(self, one.name)) is not None:
                 require_range(f"uncertainty.{one.name}", value, 0.0, _LARGEST)
@@ -153,7 +125,8 @@ class ThermalTestSetup:
     Raises
     ------
     ConfigurationError
-        If a span is not possible, or an expansion is stated without ambient temperature.
+        If a number is not possible, a channel stands twice, a second probe has no first one or no
+        distance to it, or an expansion is stated without ambient temperature.
     """
 
     probes: Probes = Probes()
@@ -170,8 +143,16 @@ class ThermalTestSetup:
     """Spans t of ETVE(D, t); those longer than the test are left out. [h]"""
 
     def __post_init__(self) -> None:
-        """Check spans and what depends on each other."""
         for span_h in self.spans_h:
             require_positive("spans_h", span_h, _LONGEST_H)
         if self.uncertainty.fixture_um_per_k and not self.ambient:
             raise ConfigurationError("fixture_without_ambient", place=Place(key="ambient"))
+
+    def named(self, kind: ThermalTestKind) -> tuple[tuple[str, str], ...]:
+        """Return name and channel of what is measured in a test."""
+        if kind is not ThermalTestKind.LINEAR:
+            return self.probes.named
+        if self.targets is None:
+            raise ConfigurationError("targets_missing", place=Place(key="targets"))
+        channels = (*self.targets.first, *self.targets.second)
+        return tuple(zip(("P1+", "P1-", "P2+", "P2-"), channels, strict=True))
