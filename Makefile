@@ -15,9 +15,9 @@ unexport PYTHONDONTWRITEBYTECODE
 help:
 	@echo "make demo    set everything up and evaluate the example run"
 	@echo "make demo-fleet  40 machines with planted faults, looked after for four nights (OPEN=1: the page)"
-	@echo "make test    set everything up and run the tests"
+	@echo "make test    set everything up and run the tests, except the long proofs"
 	@echo "make setup   the environment alone: .venv/bin/thermaxis"
-	@echo "make check   format, lint, types, import contracts, tests"
+	@echo "make check   format, lint, types, import contracts, all tests and proofs"
 	@echo "make system  clean installs, a real browser, whole commands"
 	@echo "make bench   what is fast, measured side by side"
 
@@ -54,8 +54,11 @@ demo-fleet: $(VENV)/.setup-fleet
 	$(BIN)/python -m benchmarks.demo_fleet demo-fleet
 	$(if $(OPEN),$(BIN)/thermaxis fleet page demo-fleet/registry.db)
 
+TESTS := not system and not proof
+check: TESTS := not system
+
 test: setup-dev
-	$(BIN)/python -m pytest -m "not system" --ignore tests/system -n $(WORKERS) --dist loadfile -q
+	$(BIN)/python -m pytest -m "$(TESTS)" --ignore tests/system -n $(WORKERS) --dist loadfile -q
 
 system: commands timed
 

@@ -64,6 +64,7 @@ def play(compensation: Compensation, readings: Any, laws: Laws | None = None) ->
         laws.check(reading, state, output)
 
 
+@pytest.mark.proof
 @settings(max_examples=30, deadline=None, derandomize=True)
 @given(st.lists(READING, max_size=15), st.sampled_from(LATHES))
 def test_any_readings_obey_the_laws(readings: Any, lathe: Any) -> None:

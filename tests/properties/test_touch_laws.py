@@ -4,6 +4,7 @@ import math
 import os
 from typing import Any
 
+import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.unit.compensation.hostile_probe import HostileProbe, TouchLaws, touched_lathe
@@ -52,6 +53,7 @@ def test_any_touches_obey_the_laws(touches: Any) -> None:
         laws.check(reading, state, output)
 
 
+@pytest.mark.proof
 def test_a_hostile_probe_obeys_the_laws_and_comes_to_every_end() -> None:
     outcomes: set[TouchOutcome] = set()
     for seed in range(CYCLES // RUN):

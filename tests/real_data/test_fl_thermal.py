@@ -21,7 +21,7 @@ from thermaxis.thermal import (
     simulate_modal,
 )
 
-pytestmark = pytest.mark.real_data
+pytestmark = [pytest.mark.real_data, pytest.mark.proof]
 
 Array = NDArray[np.float64]
 STEP_S = 15.0

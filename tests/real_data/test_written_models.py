@@ -11,7 +11,11 @@ from scipy.io import loadmat
 
 from thermaxis.cli import main
 
-pytestmark = [pytest.mark.real_data, pytest.mark.usefixtures("one_clock_and_regime")]
+pytestmark = [
+    pytest.mark.real_data,
+    pytest.mark.proof,
+    pytest.mark.usefixtures("one_clock_and_regime"),
+]
 
 ROWS = 150
 """Rows of each record: enough for all methods, and quick."""

@@ -56,6 +56,7 @@ def test_touches_that_the_configuration_does_not_read_are_refused(machine: Path)
         rehearse.run(words)
 
 
+@pytest.mark.proof
 def test_what_touches_show_moves_the_tool_within_the_limits_and_a_chip_does_not(
     machine: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -166,6 +166,7 @@ def styles(count: int) -> dict[str, Iterable[bytes]]:
     return {"xl/styles.xml": [b"<styleSheet ", MAIN, b">", b"<a/>" * count, b"</styleSheet>"]}
 
 
+@pytest.mark.proof
 def test_what_is_too_large_is_refused_soon_and_within_200_mb(tmp_path: Path) -> None:
     files = hostile_files(tmp_path)
     result = subprocess.run(

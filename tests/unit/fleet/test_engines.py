@@ -33,7 +33,7 @@ def dask_of_two() -> Iterator[Engine]:
         yield engine
 
 
-@pytest.fixture(params=["serial", "dask"])
+@pytest.fixture(params=["serial", pytest.param("dask", marks=pytest.mark.proof)])
 def engine(request: pytest.FixtureRequest) -> Iterator[Engine]:
     if request.param == "dask":
         yield request.getfixturevalue("dask_of_two")
@@ -99,6 +99,7 @@ def deadly(job: tuple[Path, str]) -> str:
     return name
 
 
+@pytest.mark.proof
 def test_a_job_that_ends_its_worker_is_set_aside_and_costs_no_other_job(dask_of_two, tmp_path):
     names = ["deadly", *(f"job {k}" for k in range(8))]
     found = dict(results_of(dask_of_two, deadly, [(tmp_path, name) for name in names]))

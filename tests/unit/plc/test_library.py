@@ -57,6 +57,7 @@ MUTANTS = int(os.environ.get("PLC_MUTANTS", "16"))
 # ---- equality -----------------------------------------------------------------------------------
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("double", [True, False])
 def test_every_text_says_the_same_to_the_last_bit_and_in_lreal_what_the_cycle_says(
     double: bool, tmp_path: Path
@@ -70,6 +71,7 @@ def test_every_text_says_the_same_to_the_last_bit_and_in_lreal_what_the_cycle_sa
     assert min(seen.refused, seen.at_limit, seen.weighted, seen.restarts) > 0
 
 
+@pytest.mark.proof
 def test_the_c_text_says_in_every_stated_call_with_touches_what_the_cycle_says(
     tmp_path: Path,
 ) -> None:
@@ -329,11 +331,15 @@ def test_editors_with_two_panes_get_marks_and_nothing_else_differs() -> None:
             assert bare(text) == bare(block.st()[name])
 
 
+@pytest.mark.proof
 def test_another_grammar_reads_library_and_block() -> None:
     """It takes seconds for ten thousand signs: it reads what is the same but for names once."""
     texts = EVERY[0].st("twincat") | EVERY[3].st("twincat")
     assert len(texts) == 3
     assert parse_source_code(forms("".join(texts.values()))).exception is None
+
+
+def test_another_grammar_reads_a_block_and_refuses_one_that_is_cut() -> None:
     short = st_library(double=True).partition("\nEND_FUNCTION_BLOCK")[0] + "\nEND_FUNCTION_BLOCK\n"
     assert parse_source_code(short).exception is None
     assert parse_source_code(short.replace("END_IF;", "", 1)).exception is not None
@@ -417,6 +423,7 @@ def test_cplusplus_reads_the_headers(tmp_path: Path) -> None:
 # ---- mutants ------------------------------------------------------------------------------------
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(("library", "count"), [(LIBRARY, MUTANTS), (TOUCH, MUTANTS // 2)])
 def test_a_sample_of_the_mutants_of_the_library_is_noticed(
     library: str, count: int, tmp_path: Path

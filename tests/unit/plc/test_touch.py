@@ -168,6 +168,7 @@ def test_every_touch_becomes_what_it_becomes_in_the_cycle(of: Any, words: str) -
     assert outcomes == {*map(TouchOutcome, words.split())}
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("double", [True, False], ids=["LREAL", "REAL"])
 def test_random_models_with_touches_say_what_the_cycle_says(double: bool, tmp_path: Path) -> None:
     seeds = range(500, 506 if double else 502)

@@ -58,7 +58,7 @@ def test_a_reader_of_the_text_alone_gets_every_output_of_the_block_to_the_last_b
         assert {name: float(row[name]) for name in said} == said, row
 
 
-@pytest.mark.parametrize("seed", [1, 6])
+@pytest.mark.parametrize("seed", [1, pytest.param(6, marks=pytest.mark.proof)])
 def test_in_real_states_and_words_are_equal_and_numbers_within_the_tolerance(seed: int) -> None:
     settings = random_settings(seed, double=False)
     block, rows = compiled(settings), rows_of(vectors_of(settings, most_calls=2000).text)
@@ -182,7 +182,7 @@ def test_the_vectors_of_a_random_model_have_everything_or_name_it() -> None:
 
 
 # At 0.5 s a value that is frozen after hours does not fit, as a gap is no time in which it stands.
-@pytest.mark.parametrize("cycle_s", [1.0, 10.0])
+@pytest.mark.parametrize("cycle_s", [pytest.param(1.0, marks=pytest.mark.proof), 10.0])
 def test_a_trim_expires_and_a_value_is_frozen_in_rows_that_are_compared(cycle_s: float) -> None:
     settings = of_example(MODELS / "eps1.json", cycle_s=cycle_s)
     (stem,) = settings.names.outputs

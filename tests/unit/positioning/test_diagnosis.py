@@ -109,6 +109,7 @@ def step_of_backlash(test: PositioningTest, first: int, size: float = 3.0) -> Po
 # ---- planted faults -----------------------------------------------------------------------------
 
 
+@pytest.mark.proof
 def test_a_healthy_axis_that_warms_up_is_not_accused() -> None:
     accused = [seed for seed in range(8) if with_drift_model(measured(HEALTHY, seed))]
     assert len(accused) <= 1

@@ -321,11 +321,13 @@ def test_a_step_cycle_is_said_to_hide_drift_and_has_wider_bands() -> None:
     assert np.mean(stepped.level_std) > 2.0 * np.mean(steady.level_std)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("times", [with_pauses, step_cycle])
 def test_bands_cover_the_truth_in_every_kind_of_run(times: Times) -> None:
     assert np.all(coverage(times) > 0.8)
 
 
+@pytest.mark.proof
 def test_bands_cover_the_truth_with_other_readings() -> None:
     assert np.all(coverage(change=lambda t, rng: forward_only(without_some(t, rng))) > 0.75)
     noise = np.ones((TARGETS, 1, 2)) * 0.3

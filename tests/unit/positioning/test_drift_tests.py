@@ -82,6 +82,7 @@ def silent(seed: int, targets: int, cycles: int) -> Readings:
     )
 
 
+@pytest.mark.proof
 def test_without_drift_a_small_probability_is_as_rare_as_it_says() -> None:
     p = []
     for seed in range(200):

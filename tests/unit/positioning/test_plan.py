@@ -372,6 +372,7 @@ def test_the_drift_evaluation_reaches_what_the_covariance_foretells(
     assert 0.65 * foretold < simulated.level_error < 1.3 * foretold
 
 
+@pytest.mark.proof
 def test_the_figures_scatter_as_those_of_simulated_runs() -> None:
     target = choose_targets(start=0, length=200, targets=8, pitch=5).target
     plan = plan_of(target=target, cycles=5)

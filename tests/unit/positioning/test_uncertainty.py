@@ -112,6 +112,7 @@ def test_the_true_figure_lies_within_u_in_88_to_99_percent(
     assert 0.88 <= np.mean(inside) <= 0.99
 
 
+@pytest.mark.proof
 def test_it_does_so_with_a_drift_for_all_three_figures_of_a_row() -> None:
     inside = np.zeros(3)
     for seed in range(12):

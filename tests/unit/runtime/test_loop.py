@@ -901,7 +901,12 @@ class Chaos:
 
 
 @pytest.mark.parametrize(
-    ("seed", "watched", "cycle_s"), [(0, False, 1.0), (1, True, 1.0), (5, True, 0.25)]
+    ("seed", "watched", "cycle_s"),
+    [
+        (0, False, 1.0),
+        pytest.param(1, True, 1.0, marks=pytest.mark.proof),
+        pytest.param(5, True, 0.25, marks=pytest.mark.proof),
+    ],
 )
 def test_hours_of_faults_move_the_tool_never_faster_and_never_further_than_allowed(
     seed: int, watched: bool, cycle_s: float

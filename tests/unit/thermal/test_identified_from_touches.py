@@ -118,6 +118,7 @@ def test_noise_of_touches_has_what_they_do_not_tell_from_it(every: int) -> None:
     assert (found.slow_noise_std_um is None) == (every == 120)
 
 
+@pytest.mark.proof
 def test_dc_gains_from_touches_lie_within_their_intervals() -> None:
     true = machine("direct").dc_gain
     (found,) = identify(records(touched(0))).outputs

@@ -229,6 +229,7 @@ def test_an_input_that_did_not_move_has_no_dc_gain():
     assert Message("flag-dc_gain") in result.std[1].flags
 
 
+@pytest.mark.proof
 def test_white_noise_alone_is_covered_by_the_intervals():
     scaled = []
     u = steps(1440, 9)
