@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from tests.refusals import refused
-from tests.unit.fleet.fleet_machines import model_of
+from tests.unit.fleet.fleet_machines import GAIN, LAST, TAU_MIN, Truth, model_of
+from tests.unit.fleet.test_night import days_of
 from thermaxis.cli import main
 from thermaxis.compensation import CompensationModel, Output, Part, Section
 from thermaxis.files import read_model, write_model
-from thermaxis.fleet import sister_model
+from thermaxis.fleet import night, sister_model
 
 STEP_S = 300.0
 GAINS, LAGS_S = (10.0, 6.0), (1200.0, 9000.0)
@@ -27,7 +28,8 @@ def machine(gains: np.ndarray, lags_s: np.ndarray, name: str = "Z_um") -> Compen
 def spread(random: np.random.Generator, model: CompensationModel, by: float) -> CompensationModel:
     (part,) = model.outputs[0].parts
     gains, lags_s = (
-        np.array([getattr(s, key) for s in part.sections]) * np.exp(random.normal(0.0, by, 2))
+        np.array([getattr(s, key) for s in part.sections])
+        * np.exp(random.normal(0.0, by, len(part.sections)))
         for key in ("gain_um_per_k", "time_constant_s")
     )
     return machine(gains, lags_s)
@@ -83,6 +85,23 @@ def test_machines_that_are_built_differently_or_too_few_have_no_median() -> None
         sister_model({"A": one, "B": one, "C": median})
     with refused("sisters_differ", name="C", other="A"):
         sister_model({"A": one, "B": one, "C": other})
+
+
+def test_three_days_of_touches_take_a_new_machine_from_the_median_to_its_own_model() -> None:
+    """Shrunk towards the median, as gains and time constants have a prior about those in force."""
+    random = np.random.default_rng(1)
+    kind = machine(np.array([1.25 * GAIN]), np.array([75.0 * TAU_MIN]))
+    start = sister_model({f"M{k}": spread(random, kind, 0.1) for k in range(5)})
+    found = night("new", start, days_of(Truth()), LAST)
+    assert found is not None
+    assert found.proposal is not None
+    left_um: list[float] = []
+    for one in (start, found.proposal):  # on days that neither has seen
+        later = night("new", one, days_of(Truth(50)), LAST)
+        assert later is not None
+        assert later.outputs is not None
+        left_um.append(later.outputs["Z_um"].rmse_um)
+    assert left_um[1] < 0.5 * left_um[0]
 
 
 def test_a_new_machine_is_added_with_a_model_that_is_written(tmp_path, monkeypatch, capsys) -> None:
