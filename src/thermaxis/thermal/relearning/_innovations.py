@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.thermal._arrays import FloatArray
-from thermaxis.thermal.verification import likeliest_drift
 
 CLIPPED = 4.0
 """An innovation counts as no more than so many standard deviations: chips, another datum. [1]"""
@@ -59,17 +58,6 @@ def innovations_of(
         gain[k], std_um[k] = p_um2 / s_um2, s_um2**0.5
         p_um2 *= 1.0 - gain[k]
     return Innovations(gain, std_um)
-
-
-def likeliest(
-    time_s: FloatArray, left_um: FloatArray, least_noise_um: float
-) -> tuple[float, float]:
-    """Return noise [µm] and drift [µm/√h] under which what a model leaves is likeliest.
-
-    What the model leaves anew at every touch adds to the noise of the probe.
-    """
-    drift_um, more_um = likeliest_drift(time_s, left_um, least_noise_um)
-    return float(np.hypot(least_noise_um, more_um)), drift_um
 
 
 @final

@@ -38,11 +38,10 @@ from thermaxis.thermal.relearning._innovations import (
     Comparison,
     compared,
     innovations_of,
-    likeliest,
 )
 from thermaxis.thermal.selection import select
 from thermaxis.thermal.transfer_function import ThermalModel
-from thermaxis.thermal.verification import simulate_log
+from thermaxis.thermal.verification import likeliest_drift, simulate_log
 
 DAY_S = 86_400.0
 LEARNT_S = (DAY_S, 2.0 * DAY_S, 4.0 * DAY_S, float("inf"))
@@ -274,9 +273,10 @@ class _Output:
         if min(learnt - FEWEST_LEARNT, judging - FEWEST_JUDGED, blocks - FEWEST_BLOCKS) < 0:
             return self._none(touches, (), Message("relearn-few_touches", counts))
         rules = self._asked.filters.get(self._output.name, TouchFilter())
-        noise = likeliest(self._time_s[seen], self._left_um[seen], rules.noise_um)
-        self._filter = innovations_of(self._time_s, *noise, self._anew)
-        self._drift_um_per_root_h = noise[1]
+        told = self._time_s[seen], self._left_um[seen]
+        self._drift_um_per_root_h, more_um = likeliest_drift(*told, rules.noise_um)
+        noise_um = float(np.hypot(rules.noise_um, more_um))
+        self._filter = innovations_of(self._time_s, noise_um, self._drift_um_per_root_h, self._anew)
         changed = self._evidence_of_change() > -log(self._asked.false_rate / self._outputs)
         newest = dict(self._candidates(FOLDS - 1, anew=True))
         anew = None in newest and self._leaves_less(newest[None][1])

@@ -120,6 +120,8 @@ class TouchFigures:
     within_two_sigma: float | None
     """Share of the innovations in the rows that count within two standard deviations; None where
     there are none. [1]"""
+    judged: int
+    """Innovations in the rows that count. [1]"""
     likely: TouchRules | None
     """The rules with the drift and the discrepancy that make the touches before the rows that count
     likeliest, or all where there are few; None where there are few at all."""
@@ -278,6 +280,7 @@ def touched_run(
         untimely=outcomes.count(TouchOutcome.UNTIMELY),
         off=not _OFF.isdisjoint(outcomes),
         within_two_sigma=float(np.mean(judged)) if judged else None,
+        judged=len(judged),
         likely=_likeliest(rules, before if len(before) >= _FEWEST else seen),
         wanted_um=plan.wanted_um,
         told_s=seen[-1].time_s - seen[0].time_s if seen else 0.0,

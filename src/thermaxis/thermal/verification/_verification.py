@@ -44,9 +44,9 @@ OUTSIDE_WIDTH = 0.01
 """Less than this share of the training range is the noise at its edge. [1]"""
 SPARSE = 0.5
 """No larger share of the rows is measured where a log has touches in place of a record. [1]"""
-LEAST_WITHIN = 0.85
-"""A smaller share of the innovations within two sigma is said: of 50 touches one log in a thousand
-shows that by chance. [1]"""
+LEAST_WITHIN, SURE = 0.85, 3.0
+"""A smaller share of the innovations within two sigma is said, and of few touches only where it is
+so many standard deviations below 0.95, as in one log of 100 by chance. [1]"""
 STANDSTILL_RPM = 1.0
 """Below this a speed counts as standstill. [1/min]"""
 
@@ -427,7 +427,8 @@ def _touch_remarks(
         errors = found.with_offset.mae_um, found.free_run.mae_um
         wide = likely.drift_um_per_root_h < own.drift_um_per_root_h
         code = "remark-touches_worse" if wide and errors[0] > errors[1] else ""
-        if within is not None and within < LEAST_WITHIN:
+        chance = 0.95 - SURE * (0.95 * 0.05 / max(found.judged, 1)) ** 0.5
+        if within is not None and within < min(LEAST_WITHIN, chance):
             code = "remark-touches_beyond"
         rules: dict[str, Value] = {
             "drift_um": significant(own.drift_um_per_root_h, 2),
