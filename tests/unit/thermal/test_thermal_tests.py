@@ -178,15 +178,22 @@ def test_speeds_are_told_by_tenths_of_the_highest_one() -> None:
         return steps[np.minimum((t * 2).astype(int), 5)]
 
     motion = ThermalTestMotion("n_rpm", highest=15000.0)
-    test = evaluate_thermal_test(spindle_log(n_rpm=stepped), SPINDLE, replace(SETUP, motion=motion))
+    log = spindle_log(n_rpm=stepped)
+    test = evaluate_thermal_test(log, SPINDLE, replace(SETUP, motion=motion))
     told = [(c.from_percent, c.to_percent, c.mean, c.time_s / 1800.0) for c in test.spectrum]
     last = 7.0  # half hours to the end of the log
-    assert told == [
+    expected = [
         (0.0, 0.0, 0.0, 1.0),
         (10.0, 20.0, 3000.0, 2.0),
         (30.0, 40.0, 6000.0, last),
         (70.0, 80.0, 12000.0, 1.0),
     ]
+    assert told == expected
+    seldom = log.columns["n_rpm"].copy()
+    seldom[np.arange(log.rows) % 5 != 0] = np.nan  # as where recorders of two rates are joined
+    joined = replace(log, columns={**log.columns, "n_rpm": seldom})
+    again = evaluate_thermal_test(joined, SPINDLE, replace(SETUP, motion=motion)).spectrum
+    assert [(c.mean, c.time_s / 1800.0) for c in again] == [one[2:] for one in expected]
 
 
 # ---- a second way -------------------------------------------------------------------------------

@@ -192,16 +192,20 @@ def read_logs(
     return found
 
 
-def logs_of(arguments: argparse.Namespace, paths: Sequence[Path]) -> list[ThermalLog]:
+def entries_of(arguments: argparse.Namespace, paths: Sequence[Path]) -> list[ReadLog]:
     """Read logs as the options of `add_log_options` say."""
-    entries = read_logs(
+    return read_logs(
         paths,
         mapping=arguments.mapping,
         masks=arguments.mask,
         as_logged=arguments.as_logged,
         reference_s=arguments.reference,
     )
-    return [entry.log for entry in entries]
+
+
+def logs_of(arguments: argparse.Namespace, paths: Sequence[Path]) -> list[ThermalLog]:
+    """Read logs as the options of `add_log_options` say, without what a model remembers."""
+    return [entry.log for entry in entries_of(arguments, paths)]
 
 
 def with_clocks_told(

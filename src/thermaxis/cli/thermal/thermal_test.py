@@ -6,6 +6,7 @@ what is no measurement is masked, a displacement that was re-zeroed is joined, a
 
 import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from thermaxis import __version__, files, report, thermal
@@ -14,12 +15,12 @@ from thermaxis.cli._json import show
 from thermaxis.cli._outputs import REPORT_SUFFIXES, check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import (
-    ReadLog,
     add_log_options,
-    read_logs,
+    entries_of,
+    logs_of,
     reading_codes,
 )
-from thermaxis.codes import Message, printable
+from thermaxis.codes import NOWHERE, Message, Place, printable
 from thermaxis.report import CompensationCase, ThermalTestReport
 from thermaxis.report.tables import describe_thermal_test
 from thermaxis.thermal import ThermalTest, ThermalTestKind
@@ -81,7 +82,7 @@ def _evaluated(
 ) -> tuple[ThermalTestReport, list[thermal.ThermalLog]]:
     setup = files.read_thermal_test_setup(arguments.setup)
     kind: ThermalTestKind = arguments.kind
-    measured = _read(arguments, arguments.log)
+    (measured,) = entries_of(arguments, [arguments.log])
     logs, tests = [measured.log], dict[CompensationCase, ThermalTest]()
     tests[CompensationCase.MEASURED] = thermal.evaluate_thermal_test(measured.log, kind, setup)
     warnings: list[Message] = []
@@ -97,7 +98,7 @@ def _evaluated(
             warnings.append(Message("warning-thermal_test_of_training"))
         tests[CompensationCase.LEFT_BY_MODEL] = thermal.evaluate_thermal_test(left, kind, setup)
     if arguments.in_force is not None:
-        logs.append(_read(arguments, arguments.in_force).log)
+        logs += logs_of(arguments, [arguments.in_force])
         tests[CompensationCase.IN_FORCE] = thermal.evaluate_thermal_test(logs[-1], kind, setup)
     header: Mapping[str, str] = (
         {} if arguments.header is None else files.read_header(arguments.header)
@@ -122,18 +123,9 @@ def _alike(
     tests: Mapping[CompensationCase, ThermalTest],
     more: list[Message],
 ) -> tuple[Message, ...]:
-    """Return what is told of reading and of any case, once."""
-    told = [remark for log in logs for remark in log.remarks]
-    told += [*(warning for test in tests.values() for warning in test.warnings), *more]
-    return tuple({(one.code, str(one.values)): one for one in told}.values())
-
-
-def _read(arguments: argparse.Namespace, path: Path) -> ReadLog:
-    (entry,) = read_logs(
-        [path],
-        mapping=arguments.mapping,
-        masks=arguments.mask,
-        as_logged=arguments.as_logged,
-        reference_s=arguments.reference,
-    )
-    return entry
+    """Return what is told of reading and of any case, once; of which other log, where it is one."""
+    told = [*(remark for log in logs for remark in log.remarks), *more]
+    for case, test in tests.items():
+        other = Place(test.name) if case is CompensationCase.IN_FORCE else NOWHERE
+        told += [replace(warning, place=other) for warning in test.warnings]
+    return tuple({(one.code, str(one.values)): one for one in reversed(told)}.values())[::-1]

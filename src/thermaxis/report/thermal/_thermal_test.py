@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from thermaxis.messages import sentence_of
+from thermaxis.messages import text_of
 from thermaxis.positioning import FloatArray
 from thermaxis.report import tables as described
 from thermaxis.report._document import Document, ItemList, Paragraph, Picture, Section
@@ -157,7 +157,7 @@ def _compensation(
 
 
 def _warnings(report: ThermalTestReport) -> list[Section]:
-    said = dict.fromkeys(plain_text(sentence_of(one), 600) for one in report.warnings)
+    said = dict.fromkeys(plain_text(text_of(one), 600) for one in report.warnings)
     return [Section("Remarks and warnings", (ItemList(tuple(said)),))] if said else []
 
 

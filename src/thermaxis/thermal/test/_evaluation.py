@@ -278,14 +278,12 @@ def _span(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> tu
 
 
 def _spectrum(log: ThermalLog, setup: ThermalTestSetup, own: _Rows) -> tuple[SpeedClass, ...]:
-    """Return how long which speeds were run; a row holds until the next one."""
+    """Return how long which speeds were run; one holds until the next that was recorded."""
     if not setup.motion.speed:
         return ()
-    speed = np.abs(log.column(setup.motion.speed))
-    held_s = np.append(np.diff(log.time_s), 0.0)
-    rows = own.whole & ~np.isnan(speed)
-    rows[np.flatnonzero(own.whole)[-1]] = False  # what it holds lies behind the motion
-    speed, held_s = speed[rows], held_s[rows]
+    column = np.abs(log.column(setup.motion.speed))
+    rows = np.flatnonzero(own.whole & ~np.isnan(column))
+    speed, held_s = column[rows[:-1]], np.diff(log.time_s[rows])
     highest = max(setup.motion.highest or 0.0, float(np.max(speed, initial=STANDSTILL)))
     number = np.ceil(_CLASSES * speed / highest * (1.0 - 1e-9))
     number[speed <= STANDSTILL] = 0.0
