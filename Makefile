@@ -9,6 +9,7 @@ BIN := $(VENV)/bin
 # Tests run side by side: threads inside each would only get in each other's way. One program more
 # than two cores have, because some tests wait for others; those by the clock mostly wait.
 test commands timed: export OMP_NUM_THREADS = 1
+test commands timed: export POLARS_MAX_THREADS = 1
 WORKERS ?= 3
 unexport PYTHONDONTWRITEBYTECODE
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, timedelta
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,7 @@ class Truth:
     """Whether the spindle's sensor stands still on the last day."""
 
 
+@cache
 def cycles_of(truth: Truth) -> pl.DataFrame:
     """Return a cycle for every minute: the spindle works two shifts and its heat moves the tool."""
     rng = np.random.default_rng(truth.seed)

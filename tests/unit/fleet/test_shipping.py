@@ -7,7 +7,9 @@ import resource
 import shutil
 import subprocess
 from datetime import timedelta
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import polars as pl
 import pytest
@@ -24,15 +26,21 @@ DAY = 6
 
 
 def written(folder: Path, days: float = 2.5, *, shift: int = 0) -> Path:
-    """Write the history of some days, whose finished days are joined."""
-    folder.mkdir(exist_ok=True)
+    """Return a copy of the history of some days, whose finished days are joined."""
+    shutil.copytree(made(days, shift).name, folder)
+    return folder / "lathe.db"
+
+
+@cache
+def made(days: float, shift: int) -> TemporaryDirectory[str]:
+    folder = TemporaryDirectory()
     begin = BEGIN - timedelta(hours=6)
     records = [
         cycle_record(k + shift, utc=begin + timedelta(seconds=k * STEP_S))
         for k in range(round(days * DAY))
     ]
-    write_history(folder / "lathe.db", records)
-    return folder / "lathe.db"
+    write_history(Path(folder.name) / "lathe.db", records)
+    return folder
 
 
 @pytest.fixture
