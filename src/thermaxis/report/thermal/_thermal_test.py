@@ -139,8 +139,10 @@ def _setup_words(report: ThermalTestReport) -> str:
     listed = ", ".join(f"{name}: {name_text(channel, 40)}" for name, channel in named)
     if report.measured.kind is ThermalTestKind.LINEAR:
         return f"Channels: {listed}. +: approached forward, -: backward; D = P2 - P1."
-    tilts = "" if apart is None else f" l = {as_given(apart)} mm."
-    return f"Channels: {listed}.{tilts} Tilts: A = (Y1 - Y2)/l, B = (X1 - X2)/l [M]."
+    tilts = "A = (Y1 - Y2)/l about X, B = (X1 - X2)/l about Y [M]"
+    return f"Channels: {listed}." + (
+        "" if apart is None else f" l = {as_given(apart)} mm; tilts {tilts}."
+    )
 
 
 def _compensation(
