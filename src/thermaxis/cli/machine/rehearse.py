@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from statistics import fmean
+from typing import NamedTuple
 
 from thermaxis import runtime, virtual
 from thermaxis.cli._arguments import adder, number, positive_seconds
@@ -27,6 +28,7 @@ from thermaxis.report.tables import Part, Table, Value
 from thermaxis.runtime.history import NoHistorian, SqlHistorian
 from thermaxis.virtual.lathe import INTERLOCKS, TRUE, UNCORRECTED, lathe_names
 
+_WATCHDOG_CYCLES = 2.0
 MOST_HOURS = 24.0 * 14
 """Longest rehearsal: two weeks; every cycle is kept for the file. [h]"""
 
@@ -82,7 +84,9 @@ def run(arguments: argparse.Namespace) -> int:
         place = Place(file=str(arguments.configuration), key=f"probe.{output}")
         raise ConfigurationError("touches_not_read", place=place)
     faults = [virtual.parse_fault(text, virtual.FAULTY) for text in arguments.fault]
-    settings = virtual.LatheSettings(touch_every_s=arguments.touch_every)
+    own, cycle_s = virtual.OffsetRules(), configuration.compensation.cycle_s
+    own = replace(own, watchdog_s=max(own.watchdog_s or 0.0, _WATCHDOG_CYCLES * cycle_s))
+    settings = virtual.LatheSettings(offset=own, touch_every_s=arguments.touch_every)
     lathe = virtual.VirtualLathe(arguments.scenario, arguments.seed, settings, faults)
     endless = lathe.scenario.endless
     hours = arguments.hours or (24.0 if endless else lathe.scenario.duration_s / 3600.0)
@@ -154,6 +158,14 @@ async def rehearse(
     await running
 
 
+class _Stood(NamedTuple):
+    """An alarm: since when, in how many cycles, and what it said last."""
+
+    since_s: float
+    cycles: int = 0
+    said: str = ""
+
+
 class _Rehearsal:
     """One run of the loop against the lathe."""
 
@@ -170,6 +182,7 @@ class _Rehearsal:
         self.states: list[str] = []
         self.reasons: dict[str, float] = {}
         self.touches: list[TouchOutcome] = []
+        self.alarms: dict[str, _Stood] = {}
 
     async def play(self, hours: float) -> None:
         clock = runtime.VirtualClock()
@@ -194,6 +207,10 @@ class _Rehearsal:
         self.rows.append(row)
         self.states.append(str(output.state))
         self.touches += output.touch_outcomes
+        for alarm in (one for one in status.alarms if one.priority != "low"):
+            stood = self.alarms.get(alarm.key, _Stood(lathe.time_s))
+            said = f"{alarm.priority}: {alarm.sentences.text}"
+            self.alarms[alarm.key] = stood._replace(cycles=stood.cycles + 1, said=said)
         if TouchOutcome.EXCLUDED in output.touch_outcomes:
             lathe.ask_touch()
         for reason in output.reasons:
@@ -221,6 +238,11 @@ class _Rehearsal:
             Table("true peak-to-peak, um", table, words=1),
             f"states: {shares}",
             *(f"  {sentence(f'reason-{r}')}: {_length(s)}" for r, s in self.reasons.items()),
+            *(["alarms:"] if self.alarms else []),
+            *(
+                f"  from {_length(one.since_s)} on, for {_length(one.cycles * cycle_s)}, {one.said}"
+                for one in self.alarms.values()
+            ),
             *self._touched(columns),
         ]
 
@@ -230,8 +252,13 @@ class _Rehearsal:
             return []
         told = ", ".join(f"{self.touches.count(o)} {o}" for o in dict.fromkeys(self.touches))
         with_um, free_um = (fmean(map(abs, columns[k])) for k in (1, 5))
+        (rules,) = self.configuration.compensation.touches.values()
+        largest_um = rules.limits.largest_um
+        at_limit = fmean(abs(um) >= largest_um for um in columns[10])
+        limit = f"their offset stood at its limit of {largest_um:g} um: {at_limit:.0%} of the time"
         return [
             f"touches: {told}",
+            *([limit] if at_limit else []),
             f"true mean error at the TCP, um: {free_um:.1f} without, {with_um:.1f} with",
         ]
 
