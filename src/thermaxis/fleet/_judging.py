@@ -26,12 +26,12 @@ _B = NDArray[np.bool_]
 
 JUDGED_DAYS: Final = 14
 """Nights of so many days are judged together: what lasts longer unmended becomes the past. [1]"""
-FALSE_SHARE: Final = 0.02
+FALSE_SHARE: Final = 0.01
 """Share of the named that is expected to be named by chance. [1]"""
 SISTERS: Final = 8
 """With fewer machines of its kind a machine is compared with those of all kinds. [1]"""
 MANY: Final = 50
-"""The spread of fewer sisters is known too badly to be less than what is expected. [1]"""
+"""The spread of fewer is known too badly: it is that of all kinds, or of all parts. [1]"""
 
 
 @final
@@ -72,6 +72,15 @@ LEAST: Final = {
     SignKind.REST: 0.25,
 }
 """Smaller departures are no reason to look at a machine, in the sign's unit."""
+SHARES: Final = {
+    SignKind.SWAP: 0.1,
+    SignKind.LEVEL: 0.1,
+    SignKind.GAIN: 0.25,
+    SignKind.TIME_CONSTANT: 0.25,
+    SignKind.MEAN: 0.25,
+    SignKind.REST: 0.05,
+}
+"""Of what chance may name, the share of each sign: most to what is hardest to see."""
 _BY_MODEL = (Cause.SENSORS_SWAPPED, Cause.GAIN, Cause.TIME_CONSTANT)
 _LEARNT = (SignKind.LEVEL, SignKind.MEAN, SignKind.REST)
 _GROWS = (SignKind.SWAP, SignKind.REST)
@@ -80,12 +89,11 @@ _WINDOWS = (1, 2, 3, 5, 8, 14)
 _WITHIN = 0.05
 """Of a machine that is named, signs that chance shows in fewer such machines are causes. [1]"""
 _INDEPENDENT = 4.0
-"""Windows overlap: they count as so many. [1]"""
+"""Windows overlap: they count as so many at most. [1]"""
 _PRIOR, _FAR = 4.0, 3.0
 _NORMAL_MEDIAN, _NORMAL_90 = 1.4826, 1.6449
 _STAYS = 0.3
 """Of a departure so much may still be there on the last night. [1]"""
-_OPPOSITE = 0.75
 _MOST: Final = {SignKind.GAIN: 1.0, SignKind.TIME_CONSTANT: 1.4}
 """No machine changes by more: it is something else. [1]"""
 
@@ -163,24 +171,26 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
 
     Notes
     -----
-    The departure of a sign on night i is d_i, that of its past of which the first night tells
-    being taken off. Over the last w nights, with the standard deviations s_i and s of the past,
-    and the weights a_i, 1 for a step and growing for a drift,
+    The departure of a sign on night i is d_i, that of its past taken off: of the first night,
+    drawn towards the sisters' as far as their pasts differ by no more than their noise. Its
+    covariance V is the variances of the nights, and that p^2 of the past in common. Of a change
+    on the last w nights with the shape a, 1 for a step and growing for a drift, least squares say
 
-        T = sum(a d / s_i^2) / sum(a^2 / s_i^2)
-        S^2 = 1 / sum(a^2 / s_i^2) + s^2 (sum(a / s_i^2) / sum(a^2 / s_i^2))^2
+        T = a' V^-1 d / (a' V^-1 a)
+        S^2 = 1 / (a' V^-1 a)
         z = (T - median T of the sisters) / (k S)
 
-    with k the spread of the sisters' z in the same window, from medians and quantiles that
-    machines at fault do not move, and not below that of the machine's own nights before. The
-    smallest probability of all windows and signs, times their number, is the machine's, so that
-    each kind of sign has the same share; of these those are named that hold the share of false
-    names at `FALSE_SHARE`.
+    with k the spread of z in the same window, from medians and quantiles that machines at fault do
+    not move, not below 1 nor below that of the machine's own nights before. It is that of the
+    machine's kind and sign, where they are few of its kind, or of all. What S does not tell from
+    nothing is not asked. The smallest probability of all windows and signs, with the share of its
+    sign in `SHARES`, is the machine's; of these those are named that hold the share of false names
+    at `FALSE_SHARE`.
 
     References
     ----------
     Lai 1995 (window-limited sums); Benjamini and Hochberg 1995; Efron 2004 (spread from the night
-    itself). From memory.
+    itself); Genovese, Roeder and Wasserman 2006 (shares). From memory.
     """
     from scipy import stats  # noqa: PLC0415  scipy is slow to import
 
@@ -190,14 +200,17 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
     tests, least = np.zeros(shape), np.ones(shape)
     found: dict[int, list[_Found]] = defaultdict(list)
     kinds = np.unique([history.kind for history in histories.values()], return_inverse=True)[1]
-    for key, machines, table in _tables(keys, histories):
-        at = machines, list(SignKind).index(key[0])
-        p_values, several = _departures(key, table, kinds[machines])
-        tests[at] += 1
-        least[at] = np.minimum(least[at], p_values)
+    for column, sign in enumerate(SignKind):
+        of, machines, table = _table([key[0] is sign for key in keys], histories)
+        if not machines.size:
+            continue
+        told, p_values, several = _departures(sign, table, of, kinds[machines])
+        np.add.at(tests[:, column], machines, told)
+        np.minimum.at(least[:, column], machines, p_values)
         for row, one in several.items():
-            found[int(machines[row])].append(one)
-    tests *= np.count_nonzero(tests, axis=1)[:, None]  # each kind of sign has the same share
+            _, output, name = keys[int(of[row])]
+            found[int(machines[row])].append(one._replace(output=output, of=name))
+    tests /= [SHARES[sign] for sign in SignKind]
     p_of = np.minimum(np.min(least * np.maximum(tests, 1.0), axis=1, initial=1.0), 1.0)
     asked = np.flatnonzero(np.any(tests, axis=1))
     q_of: dict[int, float | None] = dict.fromkeys(range(len(names)))
@@ -211,8 +224,7 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
         sure = q_value is not None and q_value <= FALSE_SHARE
         of_sign = dict(zip(SignKind, tests[k].tolist(), strict=True))
         likely = [f for f in found[k] if sure and f.p_value * of_sign[f.sign] <= _WITHIN]
-        channels = round(of_sign[SignKind.LEVEL] / max(np.count_nonzero(tests[k]), 1))
-        reasons = _reasons(still.get(name, {}), likely, channels)
+        reasons = _reasons(still.get(name, {}), likely)
         first = next(iter(reasons.values()), None)
         judged.append(
             Judgement(
@@ -268,69 +280,64 @@ def _histories(nights: Iterable[StoredNight], day: date) -> tuple[list[_Key], di
     return list(keys), histories
 
 
-def _tables(
-    keys: list[_Key], histories: Mapping[str, _History]
-) -> Iterable[tuple[_Key, NDArray[np.intp], _F]]:
-    """Yield every key with its machines and their figures, (machines, nights, 4), the last at last.
+def _table(
+    asked: Sequence[bool], histories: Mapping[str, _History]
+) -> tuple[NDArray[np.intp], NDArray[np.intp], _F]:
+    """Return a row for each machine and key that is asked: key, machine, and figures by night.
 
-    Where nothing is known the standard deviation is infinite.
+    Figures are (rows, nights, 4), the last night at last. Where nothing is known the standard
+    deviation is infinite.
     """
     every = [history.signs for history in histories.values()]
     found = [rows for signs in every for rows in signs.values()]
-    if not found:
-        return
-    values, counts = np.concatenate(found), [len(rows) for rows in found]
-    machine = np.repeat([k for k, signs in enumerate(every) for _ in signs], counts)
-    back = np.repeat([back for signs in every for back in signs], counts)
-    order = np.argsort(values[:, 0], kind="stable")
-    ends = np.searchsorted(values[order, 0], np.arange(len(keys) + 1))
-    for number, key in enumerate(keys):
-        own = order[ends[number] : ends[number + 1]]
-        machines, row = np.unique(machine[own], return_inverse=True)
-        table = np.zeros((machines.size, JUDGED_DAYS, 4))
-        table[:, :, 1] = np.inf
-        table[row, JUDGED_DAYS - 1 - back[own]] = values[own, 1:]
-        if machines.size:
-            yield key, machines, table
+    values, counts = np.concatenate([np.zeros((0, 5)), *found]), [len(rows) for rows in found]
+    machine = np.repeat([k for k, signs in enumerate(every) for _ in signs], counts).astype(np.intp)
+    back = np.repeat([back for signs in every for back in signs], counts).astype(np.intp)
+    key = values[:, 0].astype(np.intp)
+    own = np.flatnonzero(np.asarray(asked, bool)[key])
+    pairs, row = np.unique(key[own] * len(every) + machine[own], return_inverse=True)
+    table = np.zeros((pairs.size, JUDGED_DAYS, 4))
+    table[:, :, 1] = np.inf
+    table[row, JUDGED_DAYS - 1 - back[own]] = values[own, 1:]
+    return *np.divmod(pairs, len(every)), table
 
 
-def _departures(key: _Key, table: _F, kinds: NDArray[np.intp]) -> tuple[_F, dict[int, _Found]]:
-    """Return probabilities of how far machines depart in a sign, and what is beyond its least."""
+def _departures(
+    sign: SignKind, table: _F, of: NDArray[np.intp], kinds: NDArray[np.intp]
+) -> tuple[_B, _F, dict[int, _Found]]:
+    """Return which rows are asked, how probably chance departs so far, and what departs."""
     from scipy.special import ndtr  # noqa: PLC0415  scipy is slow to import
 
-    sign = key[0]
     rows, count = np.arange(len(table)), len(table)
-    value, std, before, before_std = np.moveaxis(table, 2, 0)
-    known = np.isfinite(std)
+    known = np.isfinite(table[:, :, 1])
     first, last = np.argmax(known, axis=1), JUDGED_DAYS - 1 - np.argmax(known[:, ::-1], axis=1)
-    departure = _levels(value, before, known)
-    if sign is not SignKind.MEAN:
-        departure = np.where(known, value - before[rows, first][:, None], 0.0)
-    past = before_std[rows, first]
-    if sign in _LEARNT:  # the spread of a few days is known badly: shrunk towards the sisters'
-        std = np.sqrt(0.5 * (std**2 + np.median(std[known] ** 2)))
-        past = np.sqrt(0.5 * (past**2 + np.median(past**2)))
+    departure, std, past = _from_past(sign, table, first, of, kinds)
     weight = std**-2.0
-    shapes = [np.ones(w) for w in _WINDOWS]
+    total = 1.0 + past**2 * np.sum(weight, axis=1)
+    squares = departure**2 / (std**2 + past[:, None] ** 2)
+    shapes = [(w, np.ones(w)) for w in _WINDOWS]
     if sign is SignKind.MEAN:
-        shapes = [*shapes[2:], *((np.arange(w) + 0.5) / w for w in _WINDOWS[2:])]
+        shapes = [*shapes[2:], *((w, (np.arange(w) + 0.5) / w) for w in _WINDOWS[2:])]
+    asked = np.zeros(count, bool)
     best = np.zeros((count, 3))  # z, departure, window
     every = np.zeros((count, len(shapes)))
-    for number, shape in enumerate(shapes):
-        w = shape.size
-        d, g = departure[:, -w:], weight[:, -w:]
-        total = np.sum(shape**2 * g, axis=1)
-        seen = total > 0.0
-        total = np.where(seen, total, 1.0)
-        t = np.sum(shape * d * g, axis=1) / total
-        s = np.sqrt(1.0 / total + (past * np.sum(shape * g, axis=1) / total) ** 2)
-        centre, spread = _sisters(t, s, kinds, seen, 0.5 if sign in _LEARNT else 1.0)
-        squares = departure[:, :-w] ** 2 * weight[:, :-w]
-        own = np.sum(np.minimum(squares, (_FAR * spread[:, None]) ** 2), axis=1)
-        own = (_PRIOR * spread**2 + own) / (_PRIOR + np.sum(known[:, :-w], axis=1))
-        beyond = t - centre
+    for number, (w, shape) in enumerate(shapes):
+        g = shape * weight[:, -w:]
+        level = past**2 * np.sum(g, axis=1) / total
+        m = np.sum(shape * g, axis=1) - level * np.sum(g, axis=1)
+        seen = m > 0.0
+        m = np.where(seen, m, 1.0)
+        t = np.sum(g * departure[:, -w:], axis=1) - level * np.sum(weight * departure, axis=1)
+        t, s = t / m, m**-0.5
+        beyond, spread = _beside_sisters(t, s, of, kinds, seen)
         formal = beyond / s
+        own = np.sum(np.minimum(squares[:, :-w], (_FAR * spread[:, None]) ** 2), axis=1)
+        own = (_PRIOR * spread**2 + own) / (_PRIOR + np.sum(known[:, :-w], axis=1))
         z = formal / np.maximum(spread, np.sqrt(own))
+        seen &= s <= LEAST[sign]
+        if sign is SignKind.MEAN:  # one odd day is no drift
+            seen &= np.count_nonzero(known[:, -w:], axis=1) >= _WINDOWS[2]
+        asked |= seen
         better = seen & (np.abs(z) > np.abs(best[:, 0])) & (np.abs(beyond) >= LEAST[sign])
         better &= np.abs(beyond) <= _MOST.get(sign, np.inf)
         # what has gone since is no reason any more
@@ -342,14 +349,38 @@ def _departures(key: _Key, table: _F, kinds: NDArray[np.intp]) -> tuple[_F, dict
         every[:, number] = formal
         candidate = np.column_stack([z, beyond, np.full(count, w)])
         best = np.where(better[:, None], candidate, best)
-    p_values = np.minimum(2.0 * ndtr(-np.abs(best[:, 0])) * _INDEPENDENT, 1.0)
+    windows = np.minimum(np.sum(known, axis=1), _INDEPENDENT)
+    p_values = np.minimum(2.0 * ndtr(-np.abs(best[:, 0])) * windows, 1.0)
     back = np.minimum(best[:, 2] - 1, JUDGED_DAYS - 1 - first)
     found: dict[int, _Found] = {}
     for k in np.flatnonzero(best[:, 2]).tolist():
         z, beyond, _ = best[k].tolist()
         formal = tuple(np.abs(every[k]).tolist())
-        found[k] = _Found(float(p_values[k]), z, formal, *key, beyond, int(back[k]))
-    return p_values, found
+        found[k] = _Found(float(p_values[k]), z, formal, sign, "", "", beyond, int(back[k]))
+    return asked, p_values, found
+
+
+def _from_past(
+    sign: SignKind,
+    table: _F,
+    first: NDArray[np.intp],
+    of: NDArray[np.intp],
+    kinds: NDArray[np.intp],
+) -> tuple[_F, _F, _F]:
+    """Return departures from the past by night, their standard deviations, and that of the past."""
+    rows = np.arange(len(table))
+    value, std, before, before_std = np.moveaxis(table, 2, 0)
+    known, past = np.isfinite(std), before_std[rows, first]
+    if sign in _LEARNT:  # the spread of a few days is known badly: shrunk towards the sisters'
+        std = np.sqrt(0.5 * (std**2 + np.median(std[known] ** 2)))
+        past = np.sqrt(0.5 * (past**2 + np.median(past**2)))
+    if sign is SignKind.MEAN:
+        return _levels(value, before, known), std, past
+    base = before[rows, first]
+    if rows.size >= SISTERS:  # a past no farther from the sisters' than its noise is theirs
+        apart, spread = _beside_sisters(base, past, of, kinds, known.any(axis=1))
+        base, past = base - spread**-2.0 * apart, past * np.sqrt(1.0 - spread**-2.0)
+    return np.where(known, value - base[:, None], 0.0), std, past
 
 
 def _levels(value: _F, before: _F, known: _B) -> _F:
@@ -366,18 +397,29 @@ def _levels(value: _F, before: _F, known: _B) -> _F:
     return levels
 
 
-def _sisters(t: _F, s: _F, kinds: NDArray[np.intp], seen: _B, least: float) -> tuple[_F, _F]:
-    """Return where the sisters of each machine lie, and the spread of their departures."""
-    centre, spread = np.zeros(t.size), np.ones(t.size)
-    for kind in (-1, *np.unique(kinds).tolist()):  # all of them at first, for kinds of few
-        of = (kinds == kind) | (kind < 0)
-        rows = of & seen
-        if np.count_nonzero(rows) >= SISTERS:
-            middle = float(np.median(t[rows]))
-            z = np.abs(t[rows] - middle) / s[rows]
-            wide = (_NORMAL_MEDIAN * np.median(z), np.quantile(z, 0.9) / _NORMAL_90)
-            centre[of], spread[of] = middle, max(*wide, least if z.size >= MANY else 1.0)
-    return centre, spread
+def _beside_sisters(
+    t: _F, s: _F, of: NDArray[np.intp], kinds: NDArray[np.intp], seen: _B
+) -> tuple[_F, _F]:
+    """Return how far each lies from its sisters, and how far its kind spreads, in units of s.
+
+    A median of few is that of all kinds; a spread of few that of all kinds and keys.
+    """
+    apart, spread = t.copy(), np.ones(t.size)
+    of_kind = of * (np.max(kinds) + 1) + kinds
+    for groups in (of, of_kind):
+        for group in np.unique(groups[seen]).tolist():
+            rows = groups == group
+            if np.count_nonzero(rows & seen) >= SISTERS:
+                apart[rows] = t[rows] - np.median(t[rows & seen])
+    z = np.abs(apart) / s
+    for groups, fewest in ((np.zeros_like(of), SISTERS), (kinds, MANY), (of_kind, MANY)):
+        for group in np.unique(groups).tolist():
+            rows = groups == group
+            own = z[rows & seen]
+            if own.size >= fewest:
+                wide = (_NORMAL_MEDIAN * np.median(own), np.quantile(own, 0.9) / _NORMAL_90)
+                spread[rows] = max(*wide, 1.0)
+    return apart, spread
 
 
 def _still(histories: Mapping[str, _History]) -> dict[str, dict[str, int]]:
@@ -395,23 +437,16 @@ def _still(histories: Mapping[str, _History]) -> dict[str, dict[str, int]]:
 
 
 def _reasons(
-    still: Mapping[str, int], likely: Sequence[_Found], channels: int
+    still: Mapping[str, int], likely: Sequence[_Found]
 ) -> dict[Cause, tuple[int, str, Message]]:
     """Return days back, output and sentence by cause, the likeliest first.
 
-    What hides others comes first; of what a model would explain, what explains most. Two of several
-    channels that have gone apart by as much, one up and one down, are exchanged.
+    What hides others comes first; of what a model would explain, what explains most.
     """
     by_model = [f for f in likely if CAUSES[f.sign] in _BY_MODEL]
     surest = max(by_model, key=lambda f: abs(f.z), default=None)
     same = 0 if surest is None else sum(w <= surest.back for w in _WINDOWS[:-1])
     best = max(by_model, key=lambda f: f.formal[same], default=None)  # over the same nights
-    levels = sorted((f for f in likely if f.sign is SignKind.LEVEL), key=lambda f: f.departure)
-    if channels > 2 and len(levels) > 1:
-        low, high = levels[0], levels[-1]
-        if _OPPOSITE * high.departure <= -low.departure <= high.departure / _OPPOSITE:
-            best = high._replace(sign=SignKind.SWAP, of=f"{low.of},{high.of}", output="")
-            likely = [best, *likely]
 
     def rank(one: _Found) -> tuple[int, bool, float]:
         cause, first = CAUSES[one.sign], one is best

@@ -181,19 +181,21 @@ class _Touched:
             )
             if max(std, earlier_std) < np.inf:
                 yield Sign(kind, self._output.name, of, value, std, earlier, earlier_std)
-        yield from self._of_days(e)
+        yield from self._of_days(e, steady)
 
-    def _of_days(self, e: _F) -> Iterator[Sign]:
+    def _of_days(self, e: _F, steady: _F) -> Iterator[Sign]:
         days = np.unique(self._day)
-        enough = [int(np.count_nonzero(self._day == d)) >= FEWEST for d in days]
-        each = [self._day == d for d in days[enough]]
-        mean = np.array([np.mean(self._left_um[k]) for k in each])
-        far = np.minimum(np.abs(e), _CLIPPED)
-        rest = np.array([0.5 * np.log(np.mean(far[k] ** 2) + 1e-3) for k in each])
+        days = days[[int(np.count_nonzero(self._day == d)) >= FEWEST for d in days]]
         # the run begins as if the machine had rested: its first day is not asked
-        for one in _by_days(SignKind.MEAN, self._output.name, "", mean[mean.size > 3 :], 0.05):
-            yesterday = float(mean[-2]) - one.before
-            yield replace(one, value=one.value - one.before, before=yesterday)
+        later = (self._day < 0) & (self._day > days[0])
+        if days[-1] == 0 and later.any():
+            was, was_std = _share(e[later], steady[later])
+            (value, std), (last, _) = (
+                _share(e[self._day == d], steady[self._day == d]) for d in (0, days[-2])
+            )
+            yield Sign(SignKind.MEAN, self._output.name, "", value - was, std, last - was, was_std)
+        far = np.minimum(np.abs(e), _CLIPPED)
+        rest = np.array([0.5 * np.log(np.mean(far[self._day == d] ** 2) + 1e-3) for d in days])
         yield from _by_days(SignKind.REST, self._output.name, "", rest, 0.05)
 
     def _run(self, model: CompensationModel, log: ThermalLog) -> tuple[_F, _F]:
@@ -259,13 +261,14 @@ def _likeliest(time_s: _F, left_um: _F, learnt: NDArray[np.bool_]) -> _Memory:
     return _Memory(decay, gain, np.sqrt(s_um2))
 
 
-def _share(e: _F, g: _F, steady: _F) -> tuple[float, float]:
+def _share(e: _F, g: _F, steady: _F | None = None) -> tuple[float, float]:
     """Return by what share of g innovations grow with it, beside a level, and how surely.
 
     Far ones weigh less.
     """
     w = np.minimum(1.0, _CLIPPED / np.maximum(np.abs(e), 1e-9))
-    g = g - steady * np.sum(w * steady * g) / np.sum(w * steady**2)
+    if steady is not None:
+        g = g - steady * np.sum(w * steady * g) / np.sum(w * steady**2)
     total = float(np.sum(w * g**2))
     return (float(np.sum(w * e * g)) / total, total**-0.5) if total > 0.0 else (0.0, np.inf)
 
