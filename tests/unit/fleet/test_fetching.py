@@ -272,3 +272,6 @@ def test_the_commands_say_what_follows(
     shown = json.loads(said(["machine", address, NAME, "--json", "-"], capsys))
     assert [one["state"] for one in shown["proposals"]] == ["withdrawn", "withdrawn"]
     assert shown["proposals"][0]["withdrawn"] == ["Anna", "cold days"]
+    withdraw = [*said(["machine", address, NAME], capsys).split("Proposals")[1].split()]
+    assert withdraw.count("Anna") == 2  # who has withdrawn them, and why
+    assert withdraw.count("cold") == 2

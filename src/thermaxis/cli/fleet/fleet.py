@@ -437,9 +437,11 @@ def _machine(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
             Value("", one.sha256[:12], "model"),
             Value("withdrawn", None if one.withdrawn is None else list(one.withdrawn)),
             Value("state", str(one.state), "state"),
-            Value("", one.who, "by"),
+            Value("", who, "by"),
+            Value("", why, "why"),
         ]
         for one in registry.proposals(machine.name)
+        for who, why in [one.withdrawn or (one.who, one.why)]
     ]
     axes = fleet.axis_trends(registry.axis_runs(machine.name))
     parts: list[Part] = [
@@ -447,7 +449,7 @@ def _machine(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
         Value("channels", dict(machine.channels)),
         Value("formerly", list(machine.formerly), "also called"),
         Table(f"{machine.name} ({machine.kind}): models", models, key="models", words=3),
-        Table("Proposals", proposals, key="proposals", words=4),
+        Table("Proposals", proposals, key="proposals", words=5),
         Table(
             "Nights",
             [_row(night, night.day.isoformat()) for night in nights],
