@@ -19,8 +19,8 @@ from thermaxis.runtime.users import _users
 from thermaxis.thermal.identification import _identification
 
 gc.disable()  # nothing of what is imported and collected is garbage
-# The same cases everywhere, and half as many as usual.
-settings.register_profile("same", derandomize=True, deadline=None, max_examples=50)
+# The same cases everywhere, and a quarter as many as usual.
+settings.register_profile("same", derandomize=True, deadline=None, max_examples=25)
 settings.load_profile("same")
 
 ROOT = Path(__file__).resolve().parent.parent

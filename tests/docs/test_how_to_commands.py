@@ -18,6 +18,7 @@ from thermaxis.cli import main
 BLOCK = re.compile(r"```(\w*)\n(.*?)```", re.DOTALL)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("page", "commands"),
     [

@@ -383,6 +383,7 @@ def test_figures_without_drift_and_uncertainties_have_the_keys_of_the_measured_f
         assert len(drift[name]) == len(measured["targets"])
 
 
+@pytest.mark.proof
 def test_the_json_and_its_page_have_the_same_keys(documented, written):
     assert "adjacent_difference.forward.anomalies[]" in written
     assert {place: written[place] - documented.get(place, set()) for place in written} == {

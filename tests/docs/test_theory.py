@@ -46,6 +46,7 @@ def check(expected: str, printed: str) -> None:
     )
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(("kind", "code", "text"), BLOCKS)
 def test_a_theory_page_prints_what_it_says(
     kind, code, text, root, monkeypatch, capsys, fitted_once

@@ -272,6 +272,7 @@ READERS: dict[str, Reader] = {
 }
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("name", READERS)
 def test_a_damaged_file_gives_a_run_or_one_of_our_errors(tmp_path: Path, name: str) -> None:
     content, reader = MADE[name](), READERS[name]

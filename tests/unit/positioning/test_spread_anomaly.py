@@ -22,6 +22,7 @@ def drift(m: int, n: int, position: np.ndarray) -> np.ndarray:
     return 6.0 * np.exp(-t) + 0.03 * position[:, None] * (1.0 - np.exp(-2.0 * t))
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(("m", "n"), [(5, 5), (16, 10)])
 def test_at_most_five_percent_of_healthy_runs_get_an_anomaly(m: int, n: int) -> None:
     rng = np.random.default_rng(m * 1000 + n)

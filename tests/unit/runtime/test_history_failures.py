@@ -150,6 +150,7 @@ moves = st.lists(
 )
 
 
+@pytest.mark.proof
 @settings(
     max_examples=8, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None
 )

@@ -232,6 +232,7 @@ def test_a_probe_whose_driver_falls_over_costs_its_own_value_alone(without: Run)
     assert probes.asked > 100
 
 
+@pytest.mark.proof
 @settings(max_examples=2, deadline=None)
 @given(
     value=st.one_of(st.none(), st.floats()),
