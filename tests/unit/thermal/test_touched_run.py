@@ -155,10 +155,14 @@ def test_touches_that_stay_excluded_tell_no_schedule_but_when_they_began_to_be()
     assert found.interval_s is None
     said = remarks(log, plan)
     assert "remark-touches_unconfirmed" in said, "an hour is more than a second touch may take"
-    far = said["remark-touches_excluded"].values["far"]
+    (far,) = said["remark-touches_excluded"].values["far"]
     assert isinstance(far, Message)
     assert far.values["at_h"] == 50.0
     assert far.values["um"] == pytest.approx(40.0, abs=2.0)
+    followed = remarks(log, TouchPlan(channels={"Z_um": "probe_um"}))["remark-touches_far"]
+    assert followed.values["excluded"] == 1
+    (first,) = followed.values["far"]
+    assert first.values["at_h"] == 50.0
     assert touched(walked(6000, 0.3), plan).interval_s is not None
 
 

@@ -24,7 +24,7 @@ from thermaxis.thermal._arrays import FloatArray, recursion
 from thermaxis.thermal.identification._records import Records, has_output, records_of
 from thermaxis.thermal.log import Experiment, ThermalLog
 from thermaxis.thermal.transfer_function import held
-from thermaxis.thermal.verification import SPARSE, far_message
+from thermaxis.thermal.verification import LEAST_FAR_UM, SPARSE, far_message
 
 FEWEST = 12
 """Fewer touches exclude none. [1]"""
@@ -32,8 +32,6 @@ MOST_SHARE = 0.125
 """Where more of the touches than this share are far, the inputs do not explain them. [1]"""
 FAR_UM = 50.0
 """What a chip or another datum is off by, standard deviation. [µm]"""
-LEAST_UM = 5.0
-"""Less is no chip. [µm]"""
 SELDOM = 0.01
 """How often a touch is far, or a datum set anew. [1]"""
 LEAST_EVIDENCE = 5.0
@@ -136,7 +134,7 @@ def _window(
         each = (inverse, _behind(inverse, (1, 2)))
         squares = np.stack([np.diagonal(one, axis1=1, axis2=2) for one in each], axis=1)
         told = np.stack([right, _behind(right, (1,))], axis=1)
-        able = (squares > _LEAST) & (np.abs(told) >= LEAST_UM * squares)
+        able = (squares > _LEAST) & (np.abs(told) >= LEAST_FAR_UM * squares)
         able[:, 1, [0, 1, -1]] = False
         t2 = told**2 / np.where(able, squares, 1.0)
         left = np.maximum(s - t2, _LEAST)

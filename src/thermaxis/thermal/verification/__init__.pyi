@@ -28,6 +28,7 @@ from ._touched_run import (
     touch_interval_s as touch_interval_s,
 )
 from ._verification import (
+    LEAST_FAR_UM as LEAST_FAR_UM,
     OUTSIDE_SHARE as OUTSIDE_SHARE,
     SPARSE as SPARSE,
     MeasuredOutput as MeasuredOutput,

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import timedelta
 from itertools import groupby
-from operator import itemgetter
 from typing import NamedTuple, final
 
 import numpy as np
@@ -133,9 +132,9 @@ class TouchFigures:
     """The rules by which they were believed."""
     apart_s: float
     """How soon a touch can follow another one, as the median of those in a column. [s]"""
-    stuck: tuple[float, float] | None
-    """Since when, in the first of most that were excluded one after the other, and by how much they
-    are off; None where none was. [s, µm]"""
+    far: tuple[tuple[float, float], ...]
+    """Since when, in the first of those that were excluded one after the other, and by how much
+    they are off: the longest such runs first. [s, µm]"""
 
     @property
     def interval_s(self) -> float | None:
@@ -150,8 +149,8 @@ class TouchFigures:
 
     @property
     def many_excluded(self) -> bool:
-        """Whether so many touches were excluded that the rest tells little."""
-        return self.excluded > MOST_EXCLUDED * self.touches
+        """Whether so many touches were excluded that the rest tells little, or the offset off."""
+        return self.off or self.excluded > MOST_EXCLUDED * self.touches
 
 
 class _Seen(NamedTuple):
@@ -286,22 +285,23 @@ def touched_run(
         told_s=seen[-1].time_s - seen[0].time_s if seen else 0.0,
         rules=rules,
         apart_s=float(np.median(apart_s)) if apart_s.size else log.usual_step_s,
-        stuck=_stuck(outcomes, seen),
+        far=_far(outcomes, seen),
     )
 
 
-def _stuck(outcomes: Sequence[TouchOutcome], seen: Sequence[_Seen]) -> tuple[float, float] | None:
-    """Return when most touches in a row began to be excluded, and by how much they are off."""
+def _far(
+    outcomes: Sequence[TouchOutcome], seen: Sequence[_Seen]
+) -> tuple[tuple[float, float], ...]:
+    """Return when touches in a row began to be excluded, and by how much they are off."""
     runs: list[list[_Seen]] = [
         [seen[k] for k, _ in each]
-        for outcome, each in groupby(enumerate(outcomes), key=itemgetter(1))
-        if outcome is TouchOutcome.EXCLUDED
+        for far, each in groupby(enumerate(outcomes), key=lambda one: one[1] in _EXCLUDED)
+        if far
     ]
-    if not runs:
-        return None
-    longest = max(runs, key=len)
-    off_um = [one.innovation_um for one in longest]
-    return longest[0].time_s, float(np.median(off_um))
+    runs.sort(key=len, reverse=True)
+    return tuple(
+        (run[0].time_s, float(np.median([one.innovation_um for one in run]))) for run in runs
+    )
 
 
 def _due(plan: TouchPlan, time_s: FloatArray, able: NDArray[np.bool_]) -> NDArray[np.bool_]:

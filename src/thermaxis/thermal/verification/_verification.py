@@ -44,6 +44,10 @@ OUTSIDE_WIDTH = 0.01
 """Less than this share of the training range is the noise at its edge. [1]"""
 SPARSE = 0.5
 """No larger share of the rows is measured where a log has touches in place of a record. [1]"""
+LEAST_FAR_UM = 5.0
+"""Less is no chip. [µm]"""
+MOST_NAMED = 4
+"""So many far touches, or runs of them, are named. [1]"""
 LEAST_WITHIN, SURE = 0.85, 3.0
 """A smaller share of the innovations within two sigma is said, and of few touches only where it is
 so many standard deviations below 0.95, as in one log of 100 by chance. [1]"""
@@ -420,10 +424,12 @@ def _touch_remarks(
     own, likely = found.rules, found.likely
     within = found.within_two_sigma
     percent = "–" if within is None else significant(100.0 * within, 2)
-    if found.many_excluded and found.stuck:
-        more = {"percent": percent, "far": far_message(log, *found.stuck)}
-        yield Message("remark-touches_excluded", {**values, **more})
-    elif likely is not None:
+    far = [one for one in found.far if abs(one[1]) >= LEAST_FAR_UM]
+    if far and (found.many_excluded or not plan.by_itself):
+        named = tuple(far_message(log, *one) for one in far[:MOST_NAMED])
+        code = "remark-touches_excluded" if found.many_excluded else "remark-touches_far"
+        yield Message(code, {**values, "percent": percent, "far": named})
+    if likely is not None and not found.many_excluded:
         errors = found.with_offset.mae_um, found.free_run.mae_um
         wide = likely.drift_um_per_root_h < own.drift_um_per_root_h
         code = "remark-touches_worse" if wide and errors[0] > errors[1] else ""
