@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from thermaxis.positioning import (
     FORWARD,
     AdjacentDifferenceApproach,
     AdjacentDifferenceResult,
+    BudgetRow,
     Change,
     DriftResult,
     Finding,
@@ -24,7 +26,13 @@ from thermaxis.positioning import (
     Vdi3441Result,
     figures_by_key,
 )
-from thermaxis.report._figure_table import budget_table, doubts_of_u, figure_table, terms_of_u
+from thermaxis.report._figure_table import (
+    FigureRow,
+    budget_table,
+    doubts_of_u,
+    figure_table,
+    terms_of_u,
+)
 from thermaxis.report._names import (
     OTHER_NAMES,
     edition_name,
@@ -49,17 +57,9 @@ _UNCERTAINTIES = (
     *("expanded_uncertainty", "coverage_factor", "bias"),
     "corrected_standard_uncertainty",
 )
-_OF_FIGURES = (
-    *("value", "expanded_uncertainty", "coverage_factor", "standard_uncertainty", "bias"),
-    *("drift_free", "drift_free_expanded_uncertainty", "drift_free_coverage_factor"),
-    "drift_free_with_outliers",
-    *("drift_effect", "drift_effect_expanded_uncertainty", "drift_effect_coverage_factor"),
-    *("limit", "guard_band", "verdict"),
-)
-_OF_BUDGET = (
-    *("figure", "quantity", "value", "unit", "distribution", "standard_uncertainty"),
-    *("sensitivity", "contribution", "mark"),
-)
+_WORDS = {"key", "symbol", "name", "absent", "strong"}
+_OF_FIGURES = tuple(one.name for one in fields(FigureRow) if one.name not in _WORDS)
+_OF_BUDGET = tuple(one.name for one in fields(BudgetRow))
 
 
 def describe_evaluation(report: PositioningReport) -> list[Part]:
