@@ -104,23 +104,13 @@ def test_an_output_without_touches_has_no_figures_of_them() -> None:
 
 
 @pytest.mark.parametrize("row_s", [3600.0, 7200.0])
-def test_touches_count_where_rows_are_hours_long_and_a_warning_says_that_none_is_confirmed(
-    row_s: float,
-) -> None:
+def test_touches_count_where_rows_are_hours_long(row_s: float) -> None:
     values = {"T_C": np.full(20, 20.0), "Z_um": 4.0 * (np.arange(20) > 0)}
     log = ThermalLog.from_columns(values, sample_time_s=row_s, name="rare")
-    soon = replace(EXACT, every_s=row_s, rules=replace(FINE, confirm_s=600.0))
-    found = verify(MODEL, [log], touches=soon)
-    figures = found.logs[0].outputs[0].touched
-    assert figures is not None
+    figures = touched(log, replace(EXACT, every_s=row_s))
     assert (figures.touches, figures.excluded) == (19, 0)
     assert figures.untimely == 1, "the model starts in the first row"
     assert figures.with_offset.mae_um < 0.25 < figures.free_run.mae_um
-    said = {one.code: one.values for one in found.warnings}
-    assert said["remark-touches_unconfirmed"]["apart_s"] == row_s
-    wide = replace(EXACT, every_s=row_s, rules=replace(FINE, confirm_s=row_s))
-    said = {one.code for one in verify(MODEL, [log], touches=wide).warnings}
-    assert "remark-touches_unconfirmed" not in said
 
 
 def test_a_log_of_which_no_touch_can_be_used_says_so() -> None:
@@ -154,7 +144,6 @@ def test_touches_that_stay_excluded_tell_no_schedule_but_when_they_began_to_be()
     assert found.excluded > 40
     assert found.interval_s is None
     said = remarks(log, plan)
-    assert "remark-touches_unconfirmed" in said, "an hour is more than a second touch may take"
     (far,) = said["remark-touches_excluded"].values["far"]
     assert isinstance(far, Message)
     assert far.values["at_h"] == 50.0

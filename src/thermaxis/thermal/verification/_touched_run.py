@@ -130,8 +130,6 @@ class TouchFigures:
     """From the first touch to the last: of a longer time they tell nothing. [s]"""
     rules: TouchRules
     """The rules by which they were believed."""
-    apart_s: float
-    """How soon a touch can follow another one, as the median of those in a column. [s]"""
     far: tuple[tuple[float, float], ...]
     """Since when, in the first of those that were excluded one after the other, and by how much
     they are off: the longest such runs first. [s, µm]"""
@@ -271,7 +269,6 @@ def touched_run(
     judged = [abs(t.innovation_um) <= 2.0 * t.std_um for t in seen if first <= t.row <= behind]
     before = [one for one in seen if one.row < first]
     errors = [_error(e[counted], plan.tolerance_um) for e in left]
-    apart_s = np.diff([one.time_s for one in seen]) if not plan.by_itself else np.zeros(0)
     return TouchFigures(
         *errors,
         touches=len(outcomes),
@@ -284,7 +281,6 @@ def touched_run(
         wanted_um=plan.wanted_um,
         told_s=seen[-1].time_s - seen[0].time_s if seen else 0.0,
         rules=rules,
-        apart_s=float(np.median(apart_s)) if apart_s.size else log.usual_step_s,
         far=_far(outcomes, seen),
     )
 

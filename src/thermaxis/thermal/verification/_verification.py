@@ -409,22 +409,18 @@ def _touch_remarks(
     """Yield why touches of this log are worth less than on a machine, or say less of it."""
     if plan is None or (found := output.touched) is None or not found.touches:
         return
-    values = {"channel": output.measured.channel, "touches": found.touches}
-    present = ~np.isnan(log.column(output.measured.channel))
-    if plan.by_itself and float(np.mean(present)) <= SPARSE:
-        share = {"share_percent": 100.0 * float(np.mean(present))}
-        yield Message("remark-touches_touched", {"channel": output.measured.channel, **share})
+    channel = {"channel": output.measured.channel}
+    values = {**channel, "touches": found.touches, "excluded": found.excluded}
+    share = float(np.mean(~np.isnan(log.column(output.measured.channel))))
+    if plan.by_itself and share <= SPARSE:
+        yield Message("remark-touches_touched", {**channel, "share_percent": 100.0 * share})
     if found.untimely == found.touches:
         yield Message("remark-touches_untimely", values)
         return
-    values["excluded"] = found.excluded
-    if found.apart_s > plan.rules.confirm_s and (plan.by_itself or found.many_excluded):
-        apart = {"apart_s": found.apart_s, "confirm_s": plan.rules.confirm_s}
-        yield Message("remark-touches_unconfirmed", {**values, **apart})
     own, likely = found.rules, found.likely
     within = found.within_two_sigma
     percent = "–" if within is None else significant(100.0 * within, 2)
-    far = [one for one in found.far if abs(one[1]) >= LEAST_FAR_UM]
+    far = [one for one in found.far if found.many_excluded or abs(one[1]) >= LEAST_FAR_UM]
     if far and (found.many_excluded or not plan.by_itself):
         named = tuple(far_message(log, *one) for one in far[:MOST_NAMED])
         code = "remark-touches_excluded" if found.many_excluded else "remark-touches_far"
@@ -443,7 +439,7 @@ def _touch_remarks(
             "likely_discrepancy_um": significant(likely.discrepancy_um, 2),
         }
         figures: dict[str, Value] = {
-            "channel": output.measured.channel,
+            **channel,
             "percent": percent,
             "offset_um": significant(errors[0], 3),
             "model_um": significant(errors[1], 3),
