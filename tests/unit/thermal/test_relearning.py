@@ -1,6 +1,7 @@
 """A model is learnt anew from touches, and proposed where newer ones show that it is better."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -39,13 +40,20 @@ def seen(machine: Machine, seed: int, night: int) -> ThermalLog:
     return history(replace(machine, days=HISTORY + night), seed).span(last - HISTORY * DAY, last)
 
 
+@cache
+def slower() -> tuple[ThermalLog, Proposal]:
+    """Return a machine whose spindle is slower since three days, and what is proposed."""
+    log = seen(Machine(slower=1.4), 4, night=3)
+    return log, relearn(log, MODEL)
+
+
 def why(proposal: Proposal) -> str:
     (output,) = proposal.outputs
     return output.why.code
 
 
 def test_a_slower_spindle_is_proposed_with_about_its_time_constant() -> None:
-    found = relearn(seen(Machine(slower=1.4), 4, night=3), MODEL)
+    _, found = slower()
     assert why(found) == "relearn-better"
     assert found.model is not None
     (output,) = found.model.outputs
@@ -65,11 +73,11 @@ def test_what_is_right_stays_though_the_tool_wears_and_chips_are_touched() -> No
 
 
 def test_a_datum_that_is_said_to_be_set_anew_is_as_good_as_none() -> None:
-    log = seen(Machine(slower=1.4), 4, night=3)
+    log, proposal = slower()
     day = (log.time_s - log.time_s[0]) // 86_400.0
     moved = log.columns["Z_um"] + 40.0 * (day % 3.0)
     anew = np.diff(day, prepend=0.0)
-    plain = relearn(log, MODEL).outputs[0].taken
+    plain = proposal.outputs[0].taken
     told = replace(log, columns={**log.columns, "Z_um": moved, "datum": anew})
     found = relearn(told, MODEL).outputs[0].taken
     assert plain is not None
@@ -80,7 +88,7 @@ def test_a_datum_that_is_said_to_be_set_anew_is_as_good_as_none() -> None:
 
 def test_a_change_needs_no_margin_and_a_model_that_was_always_as_wrong_does() -> None:
     wide = RelearnOptions(margin=0.3)
-    found = relearn(seen(Machine(slower=1.4), 4, night=3), MODEL, wide)
+    found = relearn(slower()[0], MODEL, wide)
     assert why(found) == "relearn-better"
     (one,) = found.outputs
     assert one.taken is not None
@@ -95,23 +103,23 @@ def test_a_change_needs_no_margin_and_a_model_that_was_always_as_wrong_does() ->
 
 
 def test_a_datum_just_before_a_stretch_that_judges_mixes_no_zeros() -> None:
-    log = seen(Machine(slower=1.4), 4, night=3)
+    log, proposal = slower()
     rows = np.flatnonzero(~np.isnan(log.columns["Z_um"]))
     newest = int(np.searchsorted(log.time_s[rows], log.time_s[-1] - 86_400.0))
     anew = rows[newest - 1]
     z = log.columns["Z_um"] + 4.5 * (np.arange(log.rows) >= anew)
     told = replace(log, columns={**log.columns, "Z_um": z, "datum": np.eye(1, log.rows, anew)[0]})
-    plain, found = (relearn(one, MODEL).outputs[0].candidates for one in (log, told))
+    plain, found = (one.outputs[0].candidates for one in (proposal, relearn(told, MODEL)))
     for one, other in zip(plain, found, strict=True):
         assert other.free_run_um == pytest.approx(one.free_run_um, rel=0.1)
 
 
 def test_touches_that_judge_change_no_candidate() -> None:
-    log = seen(Machine(slower=1.4), 4, night=3)
+    log, proposal = slower()
     newest = log.time_s > log.time_s[-1] - 86_400.0  # the last stretch that judges
     other = np.where(newest, log.columns["Z_um"] + 5.0 * np.sin(log.time_s), log.columns["Z_um"])
     changed = replace(log, columns={**log.columns, "Z_um": other})
-    a, b = (relearn(one, MODEL).outputs[0].candidates for one in (log, changed))
+    a, b = (one.outputs[0].candidates for one in (proposal, relearn(changed, MODEL)))
     assert [one.output for one in a] == [one.output for one in b]
     assert [one.comparison for one in a] != [one.comparison for one in b]
 
@@ -126,7 +134,7 @@ def test_few_touches_are_told_and_none_are_refused() -> None:
 
 
 def test_a_stuck_sensor_is_looked_at_before_a_model_is_proposed() -> None:
-    log = seen(Machine(slower=1.4), 4, night=3)
+    log, _ = slower()
     spindle = log.columns["T_spindle_C"].copy()
     spindle[DAY : 3 * DAY] = spindle[DAY]
     stuck = replace(log, columns={**log.columns, "T_spindle_C": spindle})
