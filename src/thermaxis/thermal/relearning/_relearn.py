@@ -395,7 +395,8 @@ class _Output:
         """Return how much likelier the newest touches are if the machine changed, a logarithm.
 
         Neither the model in force nor what the touches before say of it, with another noise than
-        theirs, makes them as likely. By chance it passes log(1 / p) seldomer than p (Ville 1939).
+        theirs, makes them as likely. That a change at a given time passes log(1 / p) on any night
+        is less likely than p by chance (Ville 1939), as far as what was before is known.
         """
         ends_s, evidence = float(self._log.time_s[-1]), 0.0
         for since_s in CHANGED_S:
