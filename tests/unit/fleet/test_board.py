@@ -242,12 +242,16 @@ def test_what_is_decided_is_no_proposal_any_more_and_what_is_old_is_called_so(
     browser: Browser, registry: Registry
 ) -> None:
     old, new = PROPOSED[:12], model_sha256(model_of(1.2 * GAIN))[:12]
+    unfit = Message("relearn-condemned", {"rule": "warning-not_fit"}, Place(channel="Z_um"))
     registry.record([night_of("better", -1, proposal=model_of(1.2 * GAIN))])
+    registry.record([night_of("sound", -1, relearned=(unfit,))])
     registry.add(machine_of("added"), ADDED)
     for language in LANGUAGES:
         said = text_of(browser.get("/machine?name=better", language).text)
         for key, sha256 in (("fleet-superseded", old), ("fleet-open", new)):
             assert sentence(key, {"sha256": sha256}, language=language) in said
+        why = sentence("unfit-warning-not_fit", language=language)
+        assert why in text_of(browser.get("/machine?name=sound", language).text)
         page = browser.get("/machine?name=added", language).text
         assert text_of(page).count(f", {sentence('fleet-why_added', language=language)}") == 1
     registry.decide("better", accepted=False, who="Eva", why="worn")

@@ -35,10 +35,3 @@ rule-joint = parts common to all diameters, gain of the part { $part } by least 
 rule-averaged = The record is cut into { $parts } parts of { FIXED($part_h, decimals: 1) } h. Each is predicted in free run from the temperatures by models learned from all other parts, each of the later half also from the parts before it. Models with the time constants { NAME($lag_sets_s) } s, common to all channels, are averaged. Their score is the mean absolute error over that of each output's best, mean over all outputs; their weight is the score to the power of -{ $parts }, one independent observation per part, and less than { $least_percent } % is left out. Each takes the uncertainty of the temperatures ({ NAME($uncertainties_k) } K, as ridge penalty, with the noise of each sensor on its direct gain) with the best score. The displacement at the reference is { $reference }; { $channels }.
 rule-all_kept = all { $healthy } healthy candidates are kept
 rule-some_kept = { $kept } of { $healthy } healthy candidates are kept, the least useful left out one by one
-
-relearn-condemned = another model leaves less than the one in force, and is not fit: { $rule ->
-    [nothing] no model at all leaves as little
-    [averages] fixed averages of the inputs do as well
-    [static] a static regression does as well
-   *[other] identification condemns it
- }
