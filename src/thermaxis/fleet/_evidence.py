@@ -67,10 +67,8 @@ def evidence_of(judgement: Judgement, nights: Iterable[StoredNight]) -> list[Evi
     for cause, said in zip(judgement.causes, judgement.evidence, strict=True):
         of = said.place.channel
         if cause in kinds:
-            every = [_evidence(some, cause, kinds[cause], of, judgement.output)]
-            if every == [None]:  # two sensors that have gone apart
-                every = [_evidence(some, cause, SignKind.LEVEL, one, "") for one in of.split(",")]
-            found += [one for one in every if one is not None]
+            one = _evidence(some, cause, kinds[cause], of, judgement.output)
+            found += [one] if one is not None else []
     return found
 
 
