@@ -157,7 +157,7 @@ def test_a_single_touch_that_is_off_moves_nothing_and_asks_for_a_second(
 @pytest.mark.parametrize("gate", [3.0, 5.0])
 def test_the_gate_lies_where_it_is_stated_and_touches_within_are_no_evidence(gate: float) -> None:
     rules = replace(SLOW, start_um=3.0, noise_um=4.0, gate=gate)  # S = 25 um²
-    for share, expected in ((0.99, BELIEVED), (1.01, EXCLUDED)):
+    for share, expected in ((0.99, BELIEVED), (1.0, BELIEVED), (1.01, EXCLUDED)):
         state, outcome = one(OffsetState(), 5.0 * gate * share, 0.0, rules=rules)
         assert outcome is expected
         assert state.evidence == 0.0
@@ -373,8 +373,11 @@ def test_an_offset_may_go_no_further_than_the_total() -> None:
     for name in ("noise_um", "drift_um_per_root_h", "start_um", "gate"):
         with refused("outside_range"):
             replace(SLOW, **{name: 0.0})
-    with refused("outside_range"):
-        replace(SLOW, discrepancy_um=-1.0)
+    beyond = {"ramp_um_per_h": 1000.5, "discrepancy_um": 1000.5, "confirm_s": 86_401.0}
+    for name, value in (beyond | {"oldest_s": 3601.0}).items():
+        for number in (-1.0, value):
+            with refused("outside_range"):
+                replace(SLOW, **{name: number})
 
 
 # ---- anew ----------------------------------------------------------------------------------------
