@@ -30,7 +30,7 @@ logarithm of the likelihood ratio, D (r - D/2) / (S + (ramp dt)^2), and never fa
 
 Over hours D proves nothing, but then a wrong sign shows by size. With o in force of the offset,
 c = o - y, a probe that takes the sign of m away shows z = -(b + 2 o); the filter answers by o
-towards -z, so that what o differs from -b doubles at a gain of 1, and grows at any, until o stands
+towards -z, so that the distance of o from -b doubles at a gain of 1, grows at any, until o stands
 at its limit, o = s L with s = 1 or -1. There it does harm, |b + o| > |b|, where s b > -L/2, and
 
     |z| = |s b + 2 L| > 3/2 L                                                                  (5)
@@ -310,11 +310,11 @@ def _agree(rules: TouchRules, known: Belief, touched: Belief) -> bool:
 
 
 def _evidence(
-    own: TouchRules, known: Belief, touched: Belief, d_um: float, ramp_um: float
+    rules: TouchRules, known: Belief, touched: Belief, d_um: float, ramp_um: float
 ) -> float:
     """Return what a touch says for touches that do not see the correction."""
     r, s = touched.offset_um - known.offset_um, known.variance_um2 + touched.variance_um2
-    if abs(r) > 2.0 * abs(d_um) + own.gate * math.sqrt(s):
+    if abs(r) > 2.0 * abs(d_um) + rules.gate * math.sqrt(s):
         return 0.0  # nor does a wrong sign explain it
     ratio = d_um * (r - 0.5 * d_um) / (s + ramp_um * ramp_um)
     return min(max(ratio, -LARGEST_EVIDENCE), LARGEST_EVIDENCE)

@@ -16,6 +16,7 @@ from ._engine import (
 from ._evidence import Evidence as Evidence, evidence_of as evidence_of
 from ._fetching import Fetch as Fetch, fetch as fetch
 from ._judging import (
+    SENSOR_CAUSES as SENSOR_CAUSES,
     Cause as Cause,
     Judgement as Judgement,
     judge as judge,
@@ -40,7 +41,6 @@ from ._nights import (
 from ._registry import (
     ADDED as ADDED,
     IN_FORCE as IN_FORCE,
-    SENSOR_CAUSES as SENSOR_CAUSES,
     FleetMachine as FleetMachine,
     ProposalState as ProposalState,
     Registry as Registry,

@@ -34,7 +34,7 @@ class Evidence:
     days: tuple[date, ...]
     """Days of the nights."""
     departures: tuple[float, ...]
-    """How far it departs from its past, by night."""
+    """How far it departs from its own past, by night; that of judging is drawn to the sisters'."""
     twice_std: tuple[tuple[float, float], ...]
     """The same less and plus two standard deviations."""
     limits: tuple[float, float]

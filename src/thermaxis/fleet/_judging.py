@@ -63,6 +63,8 @@ CAUSES: Final = {
     SignKind.REST: Cause.UNKNOWN,
 }
 """What a sign speaks for."""
+SENSOR_CAUSES: Final = frozenset({Cause.SENSOR_FROZEN, Cause.SENSORS_SWAPPED, Cause.SENSOR_OFFSET})
+"""Nothing that was learnt from sensors named so is accepted."""
 LEAST: Final = {
     SignKind.SWAP: 0.5,
     SignKind.LEVEL: 0.5,
@@ -376,10 +378,14 @@ def _from_past(
         past = np.sqrt(0.5 * (past**2 + np.median(past**2)))
     if sign is SignKind.MEAN:
         return _levels(value, before, known), std, past
-    base = before[rows, first]
-    if rows.size >= SISTERS:  # a past no farther from the sisters' than its noise is theirs
-        apart, spread = _beside_sisters(base, past, of, kinds, known.any(axis=1))
-        base, past = base - spread**-2.0 * apart, past * np.sqrt(1.0 - spread**-2.0)
+    base, seen = before[rows, first], known.any(axis=1)
+    apart, spread = _beside_sisters(base, past, of, kinds, seen)
+    # a past no farther from the sisters' than its noise is theirs; another one is its own
+    drawn = (np.bincount(of[seen], minlength=of.max() + 1)[of] >= SISTERS) & (
+        np.abs(apart) <= _FAR * spread * past
+    )
+    share = np.where(drawn, spread**-2.0, 0.0)
+    base, past = base - share * apart, past * np.sqrt(1.0 - share)
     return np.where(known, value - base[:, None], 0.0), std, past
 
 

@@ -38,7 +38,7 @@ from thermaxis.files import format_model, model_sha256
 from thermaxis.fleet._axes import AxisRun, axis_run_as_json, axis_run_of_json
 from thermaxis.fleet._judging import (
     JUDGED_DAYS,
-    Cause,
+    SENSOR_CAUSES,
     Judgement,
     judge,
     judgement_as_json,
@@ -170,8 +170,6 @@ ADDED: Final = "added"
 """Why a model is in force, where nobody says it."""
 IN_FORCE: Final = "in force at the machine"
 """Why another one is, of which the registry learns by a fetch."""
-SENSOR_CAUSES: Final = frozenset({Cause.SENSOR_FROZEN, Cause.SENSORS_SWAPPED, Cause.SENSOR_OFFSET})
-"""Nothing that was learnt from sensors named so is accepted."""
 
 
 @final

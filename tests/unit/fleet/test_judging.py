@@ -1,5 +1,6 @@
 """Who is named in the morning: who departs from its past, its sisters in the same nights aside."""
 
+from dataclasses import replace
 from datetime import date, timedelta
 
 import numpy as np
@@ -89,13 +90,19 @@ def test_two_sensors_that_are_off_by_as_much_are_not_called_exchanged():
     assert one.causes == (Cause.SENSOR_OFFSET,)
 
 
-def test_of_a_few_machines_each_is_judged_by_its_own_past():
-    nights = [night for night in fleet({}) if night.machine in ("M1", "M2")]
-    for night in nights:
-        for sign in night.result["signs"]:
-            if sign["sign"] != "mean":
-                sign["value"] += 3.0
-                sign["before"] += 3.0
+@pytest.mark.parametrize("apart", [0.5, 3.0])
+@pytest.mark.parametrize(
+    ("machines", "kind"), [(2, "mill"), (4, "mill"), (60, "mill"), (60, "own")]
+)
+def test_a_past_that_was_always_another_than_its_sisters_names_nobody(machines, kind, apart):
+    nights = [night for night in fleet({}) if int(night.machine[1:]) < machines]
+    for k, night in enumerate(nights):
+        if night.machine == "M1":
+            nights[k] = replace(night, kind=kind)
+            for sign in night.result["signs"]:
+                if sign["sign"] != "mean":
+                    sign["value"] += apart
+                    sign["before"] += apart
     assert named(nights) == []
 
 

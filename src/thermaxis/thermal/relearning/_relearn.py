@@ -409,9 +409,9 @@ class _Output:
             after, told = self._scaled(newest, before)
             known, left = (self._squares(self._said_um(np.exp(b)), newest) for b in (before, after))
             moved = (after - before) / np.array([GAIN_STD, TIME_STD])
-            left = max(left, _LEAST)
-            spread = float(np.linalg.slogdet(np.eye(moved.size) + told * n / left)[1])
             known = min(known, self._squares(self._shown_um - self._left_um, newest))
+            known, left = max(known, _LEAST), max(left, _LEAST)
+            spread = float(np.linalg.slogdet(np.eye(moved.size) + told * n / left)[1])
             likelier = n * log(known / left) - float(np.sum(moved**2)) - spread
             evidence = max(evidence, 0.5 * likelier)
         return evidence
