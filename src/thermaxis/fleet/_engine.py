@@ -135,6 +135,8 @@ def dask_engine(
     distributed: Any = d
     rules: dict[str, Any] = {
         "distributed.comm.timeouts.connect": "10s",
+        # what starts a worker again is given up after so long, however busy the computer is
+        "distributed.deploy.lost-worker-timeout": "1000 days",
         "distributed.scheduler.allowed-failures": 0,
         "distributed.scheduler.worker-saturation": 1.0,
         "distributed.worker.profile.enabled": False,

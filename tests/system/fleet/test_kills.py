@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from dask import config
 
+from tests.in_time import LONGEST_S
 from tests.system.fleet.cluster import VICTIMS, Cluster, found_in, make_fleet, undisturbed
 from tests.system.postgres import PASSWORD, new_server
 from thermaxis.errors import DataError
@@ -26,7 +27,9 @@ def poison(job: str) -> str:
 
 
 def test_what_never_ends_or_has_too_much_memory_is_set_aside_and_the_others_are_done() -> None:
-    with dask_engine(workers=1, memory="700MB") as engine:
+    slow = config.set({"distributed.deploy.lost-worker-timeout": "1ms"})  # any worker comes later
+    with slow, dask_engine(workers=1, memory="700MB") as own:
+        engine = own._replace(patience_s=LONGEST_S)
         found = dict(results_of(engine, poison, ["hungry"]))
         short = engine._replace(longest_s=5.0)
         found |= dict(results_of(short, poison, ["endless", "fair"]))
