@@ -282,10 +282,14 @@ def _said_of_touches(
     configuration: runtime.MachineConfiguration, output: str, *, proven: bool
 ) -> str:
     if not proven:
-        return f"Where a gauge has proven {output}, node, sign or unit of its probe is wrong.\n"
+        return (
+            f"Prove {output} with a gauge, without --touch, and change nothing before: is it proven"
+            " so, then node, sign or unit of its probe is wrong.\n"
+        )
+    agree = "Touches and output agree; that the signs of both are wrong, a gauge alone shows.\n"
     if configuration.rules.touches[output].acts:
-        return "Touches are added to the correction from the next start of the loop on.\n"
-    return f"Touches are shown only, until acts = true stands in [probe.{output}].\n"
+        return f"{agree}Touches are added to the correction from the next start of the loop on.\n"
+    return f"{agree}Touches are shown only, until acts = true stands in [probe.{output}].\n"
 
 
 def _said(proof: runtime.StepProof) -> str:
