@@ -1,5 +1,6 @@
 """The certificate of a positioning run: what it says, in which order."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import zip_longest
 
@@ -118,10 +119,8 @@ def _is_shown(name: str, report: PositioningReport) -> bool:
 
 def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -> Document:
     """Return the content of the certificate of a run."""
-    axis, number = prevailing(report, "axis"), prevailing(report, "certificate_number")
+    axis = prevailing(report, "axis")
     title = "Accuracy and repeatability of positioning"
-    date = report.document_date
-    draft = bool(report.missing_fields)
     annexes = (
         target_section(report),
         *adjacent_section(report, pictures),
@@ -141,9 +140,30 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
             for letter, annex in zip("ABCD", annexes, strict=False)
         ),
     ]
+    results = (
+        *_verdict(report),
+        figures_block(report),
+        *([pictures["iso230_2"]] if "iso230_2" in pictures else []),
+    )
+    title = f"{title}{f', axis {plain_text(axis, 40)}' if axis else ''}"
+    return certificate_of(report, title, edition_name(report.iso230_2.edition), results, sections)
+
+
+def certificate_of(
+    report: CertifiedReport,
+    title: str,
+    standard: str,
+    results: Iterable[Block],
+    sections: Iterable[Section],
+) -> Document:
+    """Return a certificate: results on its first page, then sections; the rest is the same."""
+    number, date = prevailing(report, "certificate_number"), report.document_date
+    parts = [prevailing(report, key) for key in ("authorised_by", "authorised_as")]
+    name = ", ".join(part for part in parts if part)
+    signature = ("Place and date", f"Authorised by {name}" if name else "Name and signature")
     return Document(
-        title=f"{title}{f', axis {plain_text(axis, 40)}' if axis else ''}",
-        subtitle=f"Test certificate, {edition_name(report.iso230_2.edition)}{', draft' * draft}",
+        title=title,
+        subtitle=f"Test certificate, {standard}{', draft' * bool(report.missing_fields)}",
         date=None if date is None else date.isoformat(),
         footer=" · ".join(
             (
@@ -157,20 +177,12 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
         end="End of the certificate.",
         opening=(
             identification(report),
-            *_verdict(report),
-            figures_block(report),
-            *([pictures["iso230_2"]] if "iso230_2" in pictures else []),
+            *results,
             Paragraph(" ".join(statements(report))),
-            signature(report),
+            Signature(signature),
         ),
         sections=tuple(sections),
     )
-
-
-def signature(report: CertifiedReport) -> Signature:
-    parts = [prevailing(report, key) for key in ("authorised_by", "authorised_as")]
-    name = ", ".join(part for part in parts if part)
-    return Signature(("Place and date", f"Authorised by {name}" if name else "Name and signature"))
 
 
 def _verdict(report: PositioningReport) -> list[Block]:

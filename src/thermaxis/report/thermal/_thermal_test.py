@@ -9,18 +9,10 @@ import numpy as np
 from thermaxis.messages import text_of
 from thermaxis.positioning import FloatArray
 from thermaxis.report import tables as described
-from thermaxis.report._document import Document, ItemList, Paragraph, Picture, Section
+from thermaxis.report._document import Document, ItemList, Picture, Section
 from thermaxis.report._text import as_given, plain_text
 from thermaxis.report._thermal_test_report import ThermalTestReport
-from thermaxis.report.certificate import (
-    condition_section,
-    identification,
-    issuer,
-    prevailing,
-    signature,
-    statements,
-    write_certificate,
-)
+from thermaxis.report.certificate import certificate_of, condition_section, write_certificate
 from thermaxis.report.tables import (
     CASES,
     QUANTITY_UNITS,
@@ -94,10 +86,9 @@ def write_thermal_test_figures(report: ThermalTestReport, folder: Path) -> tuple
 
 
 def _document(report: ThermalTestReport) -> Document:
-    test, number = report.measured, prevailing(report, "certificate_number")
+    test = report.measured
     figures, *others, budget = map(as_page_table, tables_of(test))
     charts = pictures_of(_charts(report))
-    date, draft = report.document_date, ", draft" * bool(report.missing_fields)
     compared = compared_table(report)
     notes = [_setup_words(report), *lines_of(test), *_NOTES]
     sections = [
@@ -109,27 +100,9 @@ def _document(report: ThermalTestReport) -> Document:
         condition_section(report, results_sha256(report)),
         Section("Uncertainty budget", (budget,)),
     ]
-    return Document(
-        title=f"Thermal test: {TITLES[test.kind]}",
-        subtitle=f"Test certificate, ISO 230-3:2020 [V], its details from memory [M]{draft}",
-        date=None if date is None else date.isoformat(),
-        footer=" · ".join(
-            (
-                f"Certificate {number}" if number else "Draft",
-                plain_text(report.source_name, 60),
-                f"SHA-256 {report.source_sha256[:12]}…",
-            )
-        ),
-        author=f"thermaxis {report.version}",
-        issuer=issuer(report),
-        end="End of the certificate.",
-        opening=(
-            identification(report),
-            figures,
-            Paragraph(" ".join(statements(report))),
-            signature(report),
-        ),
-        sections=tuple(sections),
+    standard = "ISO 230-3:2020 [V], its details from memory [M]"
+    return certificate_of(
+        report, f"Thermal test: {TITLES[test.kind]}", standard, [figures], sections
     )
 
 
