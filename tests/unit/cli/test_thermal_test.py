@@ -77,6 +77,29 @@ def test_the_three_cases_stand_beside_each_other(folder: Path, capsys) -> None:
     assert ranges["left_by_model"] == pytest.approx(left, rel=1e-3, abs=1e-2)
 
 
+def test_what_is_left_is_as_coarse_as_what_was_read_and_the_other_log_is_told_of_too(
+    folder: Path,
+) -> None:
+    log = log_of(1.0)
+    coarse = {name: np.round(v) if name == "X1_um" else v for name, v in log.columns.items()}
+    for name in ("coarse", "other"):
+        write_thermal_log(
+            ThermalLog.from_columns(coarse, time_s=log.time_s), folder / f"{name}.csv"
+        )
+    words = [*words_of(folder), "--model", str(folder / "model.json"), "--mask", "Z_mm=20..45"]
+    words[2] = str(folder / "coarse.csv")
+    words += ["--in-force", str(folder / "other.csv"), "--json", str(folder / "coarse.json")]
+    assert main(words) == 0
+    found = json.loads((folder / "coarse.json").read_text(encoding="ascii"))
+    for case in found["cases"]:
+        x1 = next(one["whole"] for one in case["quantities"] if one["name"] == "X1")
+        assert x1["standard_uncertainties"]["resolution"] == pytest.approx(1.0 / 6**0.5)
+    told = [(one["code"], one["place"].get("file")) for one in found["warning_codes"]]
+    assert told.count(("warning-thermal_test_gap", None)) == 1
+    assert told.count(("warning-thermal_test_gap", "other")) == 1
+    assert [code for code, _ in told].count("warning-thermal_test_probes_missing") == 1
+
+
 @pytest.mark.parametrize(
     ("code", "key", "old", "new"),
     [

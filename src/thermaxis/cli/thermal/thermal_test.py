@@ -20,12 +20,17 @@ from thermaxis.cli.thermal._thermal_logs import (
     logs_of,
     reading_codes,
 )
-from thermaxis.codes import NOWHERE, Message, Place, printable
+from thermaxis.codes import Message, printable
 from thermaxis.report import CompensationCase, ThermalTestReport
 from thermaxis.report.tables import describe_thermal_test
 from thermaxis.thermal import ThermalTest, ThermalTestKind
 
 _LONGEST_SOURCE_NAME = 200
+_OF_SETUP = {
+    f"warning-thermal_test_{told}"
+    for told in ("probes_missing", "without_ambient", "probe_not_stated")
+}
+"""What is told of the set-up is the same of every log."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -96,7 +101,8 @@ def _evaluated(
         warnings += told
         if measured.training.sha256 in {one.sha256 for one in model.provenance.logs}:
             warnings.append(Message("warning-thermal_test_of_training"))
-        tests[CompensationCase.LEFT_BY_MODEL] = thermal.evaluate_thermal_test(left, kind, setup)
+        case = CompensationCase.LEFT_BY_MODEL
+        tests[case] = thermal.evaluate_thermal_test(left, kind, setup, read=measured.log)
     if arguments.in_force is not None:
         logs += logs_of(arguments, [arguments.in_force])
         tests[CompensationCase.IN_FORCE] = thermal.evaluate_thermal_test(logs[-1], kind, setup)
@@ -124,8 +130,11 @@ def _alike(
     more: list[Message],
 ) -> tuple[Message, ...]:
     """Return what is told of reading and of any case, once; of which other log, where it is one."""
-    told = [*(remark for log in logs for remark in log.remarks), *more]
+    told = [*logs[0].remarks, *more]
     for case, test in tests.items():
-        other = Place(test.name) if case is CompensationCase.IN_FORCE else NOWHERE
-        told += [replace(warning, place=other) for warning in test.warnings]
-    return tuple({(one.code, str(one.values)): one for one in reversed(told)}.values())[::-1]
+        own = test.warnings
+        if case is CompensationCase.IN_FORCE:
+            each = (*logs[-1].remarks, *(one for one in own if one.code not in _OF_SETUP))
+            own = (replace(one, place=one.place._replace(file=test.name)) for one in each)
+        told += own
+    return tuple(one for k, one in enumerate(told) if one not in told[:k])

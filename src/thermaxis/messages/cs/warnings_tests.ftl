@@ -1,7 +1,7 @@
 ### Co je třeba vědět o tepelné zkoušce
 
 warning-thermal_test_short = zkouška trvá { $hours } h; obvyklé jsou nejméně { $least_h } h, často 24 h [M]
-warning-thermal_test_ended_early = běželo to { $hours } h: kratší než { $least_h } h, a ne dokud se posledních 60 min nezmění o méně než 15 % prvních 60 min [M]
+warning-thermal_test_ended_early = běželo to { $hours } h: kratší než { $least_h } h, a ne dokud se posledních 60 min nezmění o méně než { $percent } % prvních 60 min [M]
 warning-thermal_test_cooling_short = po pohybu bylo zaznamenáno { $minutes } min; obvyklých je nejméně 60 min klidu [M]
 warning-thermal_test_turned = { $channel } je v { $percent } % řádků nad klidem: toto není chyba změnou teploty prostředí (ETVE)
 warning-thermal_test_probes_missing = neměřeno: { $probes }; co ukazují, do této zkoušky nepatří

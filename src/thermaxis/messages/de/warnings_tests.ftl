@@ -1,7 +1,7 @@
 ### Was über eine thermische Prüfung bekannt sein muss
 
 warning-thermal_test_short = die Prüfung dauert { $hours } h; üblich sind mindestens { $least_h } h, oft 24 h [M]
-warning-thermal_test_ended_early = es lief { $hours } h: kürzer als { $least_h } h und nicht, bis die letzten 60 min weniger als 15 % der ersten 60 min ändern [M]
+warning-thermal_test_ended_early = es lief { $hours } h: kürzer als { $least_h } h und nicht, bis die letzten 60 min weniger als { $percent } % der ersten 60 min ändern [M]
 warning-thermal_test_cooling_short = nach der Bewegung wurden { $minutes } min aufgezeichnet; üblich sind mindestens 60 min Stillstand [M]
 warning-thermal_test_turned = { $channel } liegt in { $percent } % der Zeilen über dem Stillstand: das ist keine Abweichung durch Umgebungstemperatur (ETVE)
 warning-thermal_test_probes_missing = nicht gemessen: { $probes }; was sie zeigen, gehört nicht zu dieser Prüfung

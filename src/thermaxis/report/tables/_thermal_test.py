@@ -12,6 +12,7 @@ from thermaxis.report.tables._described import (
     values_of,
 )
 from thermaxis.thermal import (
+    END_SHARE,
     RangeFigure,
     ThermalTest,
     ThermalTestKind,
@@ -100,7 +101,8 @@ def lines_of(test: ThermalTest) -> list[str]:
     if (end := test.end_criterion) is not None:
         lines.append(
             f"End of the test [M] {'' if end.reached else 'not '}reached: the last 60 min change"
-            f" {end.last_hour:.2f} µm, the first 60 min {end.first_hour:.2f} µm; limit 15 %."
+            f" {end.last_hour:.2f} µm, the first 60 min {end.first_hour:.2f} µm; below"
+            f" {100.0 * END_SHARE:g} % is needed."
         )
     return lines
 

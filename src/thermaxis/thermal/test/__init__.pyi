@@ -1,5 +1,6 @@
 from ._evaluation import evaluate_thermal_test as evaluate_thermal_test
 from ._figures import (
+    END_SHARE as END_SHARE,
     EndCriterion as EndCriterion,
     RangeFigure as RangeFigure,
     SpeedClass as SpeedClass,

@@ -14,6 +14,7 @@ from thermaxis.thermal.log import TEMPERATURES, ThermalLog, resolution_of
 from thermaxis.thermal.test._figures import (
     COVERAGE,
     CUSTOMARY_H,
+    END_SHARE,
     HOUR_S,
     EndCriterion,
     RangeFigure,
@@ -53,9 +54,19 @@ class _Series:
 
 
 def evaluate_thermal_test(
-    log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup
+    log: ThermalLog,
+    kind: ThermalTestKind,
+    setup: ThermalTestSetup,
+    *,
+    read: ThermalLog | None = None,
 ) -> ThermalTest:
     """Evaluate a log as one of the four tests of ISO 230-3.
+
+    Parameters
+    ----------
+    read : ThermalLog, optional
+        The log as it was read, where a model was taken off: values less a model have no step, and
+        the resolution is that of what was read. Default: the log itself.
 
     Raises
     ------
@@ -70,7 +81,7 @@ def evaluate_thermal_test(
     ISO 230-3:2020, from memory [M]: which ranges and spans, tilts A = (Y1 - Y2) / l and
     B = (X1 - X2) / l, the end of a test.
     """
-    series = tuple(_series(log, kind, setup))
+    series = tuple(_series(log, kind, setup, read or log))
     begin_s, end_s = _span(log, kind, setup)
     step_s = log.usual_step_s if log.rows > 1 else 0.0
     if not end_s - begin_s + step_s >= HOUR_S:
@@ -90,7 +101,8 @@ def evaluate_thermal_test(
     hours = significant((end_s - begin_s) / HOUR_S, 3)
     if hours < CUSTOMARY_H and not (criterion and criterion.reached):
         values = {"hours": hours, "least_h": CUSTOMARY_H}
-        early = Message("warning-thermal_test_ended_early", values)
+        below = {**values, "percent": 100.0 * END_SHARE}
+        early = Message("warning-thermal_test_ended_early", below)
         short = Message("warning-thermal_test_short", values)
         warnings.append(short if kind is ThermalTestKind.ETVE else early)
     return ThermalTest(
@@ -112,7 +124,9 @@ def evaluate_thermal_test(
 # ---- displacements and tilts --------------------------------------------------------------------
 
 
-def _series(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> Iterator[_Series]:
+def _series(
+    log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup, read: ThermalLog
+) -> Iterator[_Series]:
     """Yield what is measured, and behind it what is made of two of them."""
     differences, named = [("A", "Y1", "Y2"), ("B", "X1", "X2")], setup.named(kind)
     if kind is ThermalTestKind.LINEAR:
@@ -123,7 +137,8 @@ def _series(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> 
     found: dict[str, _Series] = {}
     for name, channel in named:
         values = _measured(log, channel, "um")
-        known = values[~np.isnan(values)]
+        shown = _measured(read, channel, "um")
+        known = shown[~np.isnan(shown)]
         resolution_um = resolution_of(known) if stated_um is None else stated_um
         found[name] = _Series(name, "um", values, resolution_um=resolution_um)
     yield from found.values()

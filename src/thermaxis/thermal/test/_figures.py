@@ -15,7 +15,7 @@ HOUR_S = 3600.0
 COVERAGE = 2.0
 """Coverage factor k of all expanded uncertainties. [1]"""
 END_SHARE = 0.15
-"""A test by motion may end once the last 60 min change so much of the first 60 min at most [M]."""
+"""A test by motion may end once the last 60 min change less than this of the first [M]. [1]"""
 CUSTOMARY_H = 4.0
 """Shortest duration of a test [M]. [h]"""
 
@@ -136,7 +136,7 @@ class EndCriterion:
 
     @property
     def reached(self) -> bool:
-        """Whether it is below 15 %."""
+        """Whether it is below `END_SHARE`."""
         return self.share < END_SHARE
 
 
