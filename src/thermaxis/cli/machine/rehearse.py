@@ -29,6 +29,7 @@ from thermaxis.runtime.history import NoHistorian, SqlHistorian
 from thermaxis.virtual.lathe import INTERLOCKS, TRUE, UNCORRECTED, lathe_names
 
 _WATCHDOG_CYCLES = 2.0
+"""The lathe's watchdog waits for at least so many cycles of the loop. [1]"""
 MOST_HOURS = 24.0 * 14
 """Longest rehearsal: two weeks; every cycle is kept for the file. [h]"""
 
