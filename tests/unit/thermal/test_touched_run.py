@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 
 from thermaxis.codes import Message
-from thermaxis.compensation import CompensationModel, Limits, Output, Part, Section, TouchRules
+from thermaxis.compensation import (
+    CompensationModel,
+    Limits,
+    Output,
+    Part,
+    Section,
+    TouchOutcome,
+    TouchRules,
+)
 from thermaxis.thermal import (
     MeasuredOutput,
     ThermalLog,
@@ -153,6 +161,18 @@ def test_touches_that_stay_excluded_tell_no_schedule_but_when_they_began_to_be()
     (first,) = followed.values["far"]
     assert first.values["at_h"] == 50.0
     assert touched(walked(6000, 0.3), plan).interval_s is not None
+
+
+def test_an_offset_that_touches_ended_says_why_though_none_was_excluded() -> None:
+    plan = replace(EXACT, rules=replace(FINE, gate=1000.0))
+    offset_um = np.where(np.arange(600) < 90, 0.0, 30.0)
+    options = {"touches": plan, "limits": {"Z_um": Limits(15.0, 1.0)}}
+    result = verify(MODEL, [warmed(offset_um)], **options)
+    found = result.logs[0].outputs[0].touched
+    assert found is not None
+    assert (found.off, found.excluded, found.interval_s) == (TouchOutcome.TOO_FAR, 0, None)
+    (why,) = (one for one in result.warnings if one.code == "touch-too_far")
+    assert (why.place.file, why.place.channel) == ("warm", "Z_um")
 
 
 @pytest.mark.parametrize(("drift_um", "how"), [(0.0, "worse"), (5.0, "beyond")])

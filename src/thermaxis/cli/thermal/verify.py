@@ -340,7 +340,7 @@ def _touched(result: thermal.Verification) -> list[Part]:
             Value("touches", f.touches, "touches"),
             Value("excluded", f.excluded, "excluded"),
             Value("untimely", f.untimely, "untimely"),
-            Value("off", f.off),
+            Value("off", f.off is not None),
             Value("", "off" if f.off else "on", "offset"),
             Value("within_two_sigma", f.within_two_sigma, "in 2 sigma", ".2f"),
             Value(

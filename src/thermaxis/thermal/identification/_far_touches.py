@@ -24,12 +24,10 @@ from thermaxis.thermal._arrays import FloatArray, recursion
 from thermaxis.thermal.identification._records import Records, has_output, records_of
 from thermaxis.thermal.log import Experiment, ThermalLog
 from thermaxis.thermal.transfer_function import held
-from thermaxis.thermal.verification import LEAST_FAR_UM, SPARSE, far_message
+from thermaxis.thermal.verification import LEAST_FAR_UM, MOST_FAR_SHARE, SPARSE, far_message
 
 FEWEST = 12
 """Fewer touches exclude none. [1]"""
-MOST_SHARE = 0.125
-"""Where more of the touches than this share are far, the inputs do not explain them. [1]"""
 FAR_UM = 50.0
 """What a chip or another datum is off by, standard deviation. [µm]"""
 SELDOM = 0.01
@@ -147,7 +145,7 @@ def _window(
             best = int(np.argmax(known))
             break
         found.append((row, bool(datum)))
-        if len(found) > MOST_SHARE * n:
+        if len(found) > MOST_FAR_SHARE * n:
             return [], np.zeros(0), int(kept[best])
         c = np.eye(n)[row] if not datum else (np.arange(n) >= row).astype(np.float64)
         seen: FloatArray = inverse @ c

@@ -20,6 +20,8 @@ from ._start import (
     StartOfLog as StartOfLog,
 )
 from ._touched_run import (
+    LEAST_FAR_UM as LEAST_FAR_UM,
+    MOST_FAR_SHARE as MOST_FAR_SHARE,
     TouchError as TouchError,
     TouchFigures as TouchFigures,
     TouchPlan as TouchPlan,
@@ -28,7 +30,6 @@ from ._touched_run import (
     touch_interval_s as touch_interval_s,
 )
 from ._verification import (
-    LEAST_FAR_UM as LEAST_FAR_UM,
     OUTSIDE_SHARE as OUTSIDE_SHARE,
     SPARSE as SPARSE,
     MeasuredOutput as MeasuredOutput,

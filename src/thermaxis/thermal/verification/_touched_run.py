@@ -30,7 +30,6 @@ _WIDE = Limits(LARGEST_LIMIT_UM, FASTEST_LIMIT_UM_PER_S)
 _RULES = TouchRules(limits=_WIDE, acts=True)
 _WANT_MORE = {TouchOutcome.EXCLUDED, TouchOutcome.CONFIRMED}
 _EXCLUDED = {TouchOutcome.EXCLUDED, TouchOutcome.TOO_MANY_EXCLUDED}
-_OFF = {TouchOutcome.NO_EFFECT, TouchOutcome.TOO_FAR, TouchOutcome.TOO_MANY_EXCLUDED}
 _EVERYWHERE_K = 1e6
 _DRIFTS_UM, _DISCREPANCIES_UM = np.meshgrid(
     np.geomspace(0.05, 50.0, 61), [0.0, *np.geomspace(0.1, 20.0, 31)], indexing="ij"
@@ -40,9 +39,11 @@ _ROUNDING = 1e-9
 _FAR = 0.01
 _FEWEST = 8
 """Fewer touches say nothing of a drift. [1]"""
-MOST_EXCLUDED = 0.125
-"""Where more of the touches than this share were excluded, they do not tell how often to touch.
-Default: that from which on no more are left out of what a model is learnt from. [1]"""
+LEAST_FAR_UM = 5.0
+"""Less is no chip. [µm]"""
+MOST_FAR_SHARE = 0.125
+"""Where more of the touches than this share are far, the model or its inputs do not explain them:
+they do not tell how often to touch, and none is left out of what a model is learnt from. [1]"""
 
 
 @final
@@ -114,8 +115,8 @@ class TouchFigures:
     untimely: int
     """Of them not used, as what was in force at their time is not known, such as one in the first
     row, where the model starts. [1]"""
-    off: bool
-    """Whether touches contradicted the offset that they gave, so that it was off at the end."""
+    off: TouchOutcome | None
+    """Why touches ended the offset that they gave, so that it was off at the end; None: on."""
     within_two_sigma: float | None
     """Share of the innovations in the rows that count within two standard deviations; None where
     there are none. [1]"""
@@ -148,7 +149,7 @@ class TouchFigures:
     @property
     def many_excluded(self) -> bool:
         """Whether so many touches were excluded that the rest tells little, or the offset off."""
-        return self.off or self.excluded > MOST_EXCLUDED * self.touches
+        return self.off is not None or self.excluded > MOST_FAR_SHARE * self.touches
 
 
 class _Seen(NamedTuple):
@@ -236,9 +237,12 @@ def touched_run(
     held_um += level_um
     seen: list[_Seen] = []
     outcomes: list[TouchOutcome] = []
+    off: TouchOutcome | None = None
 
     def touching(row: int | None, state: CycleState, said: CycleOutput) -> tuple[Touch, ...]:
+        nonlocal off
         outcomes.extend(said.touch_outcomes)
+        off = off or state.offsets[0].off
         if row is None:
             return ()
         again = plan.by_itself and not _WANT_MORE.isdisjoint(outcomes[-1:])
@@ -274,7 +278,7 @@ def touched_run(
         touches=len(outcomes),
         excluded=sum(one in _EXCLUDED for one in outcomes),
         untimely=outcomes.count(TouchOutcome.UNTIMELY),
-        off=not _OFF.isdisjoint(outcomes),
+        off=off,
         within_two_sigma=float(np.mean(judged)) if judged else None,
         judged=len(judged),
         likely=_likeliest(rules, before if len(before) >= _FEWEST else seen),

@@ -22,6 +22,7 @@ from thermaxis.thermal.verification._free_run import (
 from thermaxis.thermal.verification._limited_run import LimitedRun, limited_run
 from thermaxis.thermal.verification._start import LogStart, StartOfLog, start_of_log
 from thermaxis.thermal.verification._touched_run import (
+    LEAST_FAR_UM,
     Displaced,
     TouchFigures,
     TouchPlan,
@@ -44,8 +45,6 @@ OUTSIDE_WIDTH = 0.01
 """Less than this share of the training range is the noise at its edge. [1]"""
 SPARSE = 0.5
 """No larger share of the rows is measured where a log has touches in place of a record. [1]"""
-LEAST_FAR_UM = 5.0
-"""Less is no chip. [µm]"""
 MOST_NAMED = 4
 """So many far touches, or runs of them, are named. [1]"""
 LEAST_WITHIN, SURE = 0.85, 3.0
@@ -280,10 +279,10 @@ def verify(
         for name in names
     }
     warnings = [
-        Message(w.code, w.values, Place(file=log.name)) for log in verified for w in log.warnings
+        replace(w, place=w.place._replace(file=log.name)) for log in verified for w in log.warnings
     ]
-    alike = {repr(w): w for w in warnings}
-    return Verification(pooled, verified, tuple(alike.values()))
+    told = tuple(w for k, w in enumerate(warnings) if w not in warnings[:k])
+    return Verification(pooled, verified, told)
 
 
 def _measured_in(
@@ -419,12 +418,13 @@ def _touch_remarks(
         return
     own, likely = found.rules, found.likely
     within = found.within_two_sigma
-    percent = "–" if within is None else significant(100.0 * within, 2)
+    if found.off is not None:
+        yield Message(f"touch-{found.off}", place=Place(channel=output.measured.channel))
     far = [one for one in found.far if found.many_excluded or abs(one[1]) >= LEAST_FAR_UM]
     if far and (found.many_excluded or not plan.by_itself):
         named = tuple(far_message(log, *one) for one in far[:MOST_NAMED])
         code = "remark-touches_excluded" if found.many_excluded else "remark-touches_far"
-        yield Message(code, {**values, "percent": percent, "far": named})
+        yield Message(code, {**values, "far": named})
     if likely is not None and not found.many_excluded:
         errors = found.with_offset.mae_um, found.free_run.mae_um
         wide = likely.drift_um_per_root_h < own.drift_um_per_root_h
@@ -440,7 +440,7 @@ def _touch_remarks(
         }
         figures: dict[str, Value] = {
             **channel,
-            "percent": percent,
+            "percent": within and significant(100.0 * within, 2),
             "offset_um": significant(errors[0], 3),
             "model_um": significant(errors[1], 3),
             "likeliest": Message("touches-likeliest", rules),
