@@ -83,6 +83,7 @@ WRONG = (
     (GOOD.replace("degC", "Grad"), "unknown_unit", "unit"),
     (GOOD.replace("degC", "K"), "unit_differs", "unit"),
     (GOOD.replace("i=85", "2;x"), "no_node_id", "node"),
+    (GOOD + 'counter_node = "2;x"\n', "no_node_id", "counter_node"),
     (GOOD.replace("T_C", "Zeit").replace("degC", "1"), "name_of_times", "channel.Zeit"),
     (GOOD.replace("T_C", "date").replace("degC", "1"), "name_of_times", "channel.date"),
     (GOOD.replace("T_C", '"T,C"'), "no_channel_name", "channel.T,C"),

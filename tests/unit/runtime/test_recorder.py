@@ -171,6 +171,17 @@ def test_a_source_that_is_slower_than_the_recorder_is_not_called_dead(tmp_path: 
     assert "stands_still" not in recording.codes()
 
 
+def test_a_counter_that_stands_makes_no_touch_of_a_stamp_that_moves(tmp_path: Path) -> None:
+    def touched(node: str, now: datetime) -> ua.DataValue:
+        count = int((now - START).total_seconds()) // 30
+        return good(count if node == "i=9" else 1.0 + count, now)
+
+    recording = Recording(settings(channel("Z_um", counter_node="i=9", unit="um")), tmp_path)
+    recording.run(100.0, answer=touched)
+    taken = {k: value for k, value in enumerate(column(tmp_path / NAME, 1)) if value}
+    assert taken == {31: "2", 61: "3", 91: "4"}
+
+
 def test_bad_values_are_told_once_with_their_status(tmp_path: Path) -> None:
     def broken(node: str, now: datetime) -> ua.DataValue:
         return good(0.0, now, "BadSensorFailure" if now.second % 2 else "Good")
@@ -465,8 +476,9 @@ def test_a_trial_says_what_would_be_recorded_and_whose_time_stamp_stands_still()
     async def tried() -> list[tuple[str, str, str, Message | None]]:
         clock = VirtualClock(START)
         names = ("moving", "dead", "still", "bare")
+        touch = channel("touch", unit="", node="moving", counter_node="dead")
         found = await try_once(
-            settings(*(channel(name, unit="") for name in names)),
+            settings(*(channel(name, unit="") for name in names), touch),
             {"control": SimulatedSession(clock, mixed)},
             clock,
         )
@@ -477,4 +489,11 @@ def test_a_trial_says_what_would_be_recorded_and_whose_time_stamp_stands_still()
         ("dead", "", "BadSensorFailure", Message("remark-beside_value", {"said": "sent 0"})),
         ("still", "3", "Good", Message("remark-stamp_stood_still", {"lasts_s": 2.0})),
         ("bare", "4", "Good", Message("remark-no_stamp")),
+        ("touch", "43202", "Good", None),
+        (
+            "touch counter",
+            "",
+            "BadSensorFailure",
+            Message("remark-beside_value", {"said": "sent 0"}),
+        ),
     ]

@@ -84,6 +84,22 @@ def test_an_unchanged_value_may_count_again_for_as_long_as_it_is_allowed() -> No
     assert [cells.remark for cells in found] == ["", *["unchanged"] * 4]
 
 
+def test_a_touch_is_recorded_once_a_look_after_its_counter_has_risen() -> None:
+    reader = ChannelReader(channel("touch_um", counter_node="i=9"))
+    looks = ((4, 1.5), (4, 1.5), (5, 1.5), (5, 2.5), (5, 2.5), (None, 3.5), (6, 3.5), (0, 3.5))
+    found = [
+        reader.read(
+            good(value, NOON + timedelta(seconds=k)),
+            1_000_000 * k,
+            good(count, NOON, "Good" if count is not None else "BadNoCommunication"),
+        )
+        for k, (count, value) in enumerate(looks)
+    ]
+    assert [cells.value for cells in found] == ["", "", "", "2.5", "", "", "", ""]
+    assert [cells.remark for cells in found][4:6] == ["unchanged", "no counter"]
+    assert reader.recorded == 1
+
+
 def test_a_value_that_moves_under_one_source_time_was_measured_anew() -> None:
     reader = ChannelReader(channel("T_a_C"))
     reader.read(good(22.5, NOON), 0)

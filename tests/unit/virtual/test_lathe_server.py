@@ -1,12 +1,14 @@
 """The virtual lathe's OPC UA server, with a real client on this computer."""
 
 import asyncio
+import itertools
 import math
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 from urllib.parse import urlsplit
 
 import pytest
@@ -33,9 +35,10 @@ SPEED = 60.0
 
 async def served(lathe: VirtualLathe, work: Callable[[str], Awaitable[None]], **more: Any) -> None:
     """Serve a lathe on a free port while something is done with it, in virtual time."""
+    clock = more.pop("clock", None) or VirtualClock()
     settings = LatheServerSettings(port=0, speed=SPEED, **more)
     started: asyncio.Future[str] = asyncio.get_running_loop().create_future()
-    serving = asyncio.create_task(LatheServer(lathe, settings, VirtualClock()).run(started))
+    serving = asyncio.create_task(LatheServer(lathe, settings, clock).run(started))
     try:
         await asyncio.wait({serving, started}, return_when=asyncio.FIRST_COMPLETED)
         if serving.done():
@@ -222,6 +225,27 @@ def test_subscribers_are_told_and_a_restart_and_a_pause_are_felt() -> None:
                 await asyncio.sleep(0.01)
 
     run_in_virtual_time(served(lathe, work))
+
+
+def test_a_touch_is_stamped_once_however_late_the_time_of_day_is_read() -> None:
+    lathe = lathe_with()
+    clock, late_us = VirtualClock(), itertools.cycle((28, 3, 60))
+    slow = Mock(wraps=clock)
+    slow.utc = lambda: clock.utc() + timedelta(microseconds=next(late_us))
+
+    async def work(url: str) -> None:
+        stamps: list[list[object]] = []
+        async with Client(url) as client:
+            index = await index_of(client)
+            names = ("touch_um", "touch_count", "T_spindle_C")
+            nodes = [client.get_node(ua.NodeId(name, index)) for name in names]
+            for _ in range(20):
+                await asyncio.sleep(0.137)
+                read = await client.read_attributes(nodes, ua.AttributeIds.Value)
+                stamps.append([one.SourceTimestamp for one in read])
+        assert [len(set(one)) for one in zip(*stamps, strict=True)] == [1, 1, 20]
+
+    run_in_virtual_time(served(lathe, work, clock=slow))
 
 
 def test_a_machine_that_has_lived_before_goes_on_from_its_time() -> None:

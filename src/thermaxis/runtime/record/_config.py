@@ -62,6 +62,8 @@ class ChannelSettings:
     """Time between two readings. [ms]"""
     node: str
     """Node id, such as `ns=2;s=/Plc/T_spindle` or `nsu=urn:machine;s=T_spindle`."""
+    counter_node: str | None = None
+    """Of a touch: node that counts them. A value is recorded when it has moved, else none."""
     unit: str
     """Unit in the log: degC, K, um, mm, rpm, ..., 1 for a number without a unit, bool for a
     switch."""
@@ -206,10 +208,12 @@ def _wrong(name: str, entry: ChannelSettings, file: RecordFile) -> Iterator[Mess
         yield problem("unknown_name", f"{table}.connection", name=entry.connection, known=known)
     if not entry.connection and len(known) > 1:
         yield problem("connection_unstated", f"{table}.connection", known=known)
-    try:
-        parse_node(entry.node)
-    except ConfigurationError as error:
-        yield error.at(Place(key=f"{table}.node")).message
+    for key, node in (("node", entry.node), ("counter_node", entry.counter_node)):
+        try:
+            if node is not None:
+                parse_node(node)
+        except ConfigurationError as error:
+            yield error.at(Place(key=f"{table}.{key}")).message
     every_ms = 1000.0 * (entry.every_s or file.record.every_s)
     if abs(round(every_ms) - every_ms) > 1e-6:
         yield problem("no_whole_milliseconds", f"{table}.every_s")

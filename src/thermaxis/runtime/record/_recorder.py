@@ -10,8 +10,8 @@ second are lost when the program is killed, those of the last ten seconds when t
 
 import asyncio
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, final
 
@@ -62,11 +62,14 @@ class _Group:
 
     async def read(self, log_us: int, cells: list[Cells]) -> None:
         """Put the answers to the request into their columns."""
-        nodes = tuple(reader.settings.node for reader in self.readers.values())
-        found = await self.session.read(nodes, self.deadline_s)
-        answers = found or [None] * len(nodes)
-        for (column, reader), answer in zip(self.readers.items(), answers, strict=True):
-            cells[column] = reader.read(answer, log_us)
+        settings = [reader.settings for reader in self.readers.values()]
+        counters = [one.counter_node for one in settings if one.counter_node]
+        nodes = *(one.node for one in settings), *counters
+        answers = iter(await self.session.read(nodes, self.deadline_s) or [None] * len(nodes))
+        answered = [(*one, next(answers)) for one in self.readers.items()]
+        for column, reader, answer in answered:
+            counter = next(answers) if reader.settings.counter_node else None
+            cells[column] = reader.read(answer, log_us, counter)
 
 
 def _groups_of(
@@ -81,6 +84,13 @@ def _groups_of(
         group = _Group(sessions[name], deadline_s, 1000 * period_ms, {})
         found.setdefault(key, group).readers[column] = reader
     return tuple(found.values())
+
+
+def _counter_of(channel: ChannelSettings) -> Iterator[ChannelSettings]:
+    """Yield the counter of a channel, if it has one, as a channel of its own."""
+    if (node := channel.counter_node) is not None:
+        bare = {"unit": "", "factor": 1.0, "offset": 0.0, "counter_node": None}
+        yield replace(channel, name=f"{channel.name} counter", node=node, **bare)
 
 
 def _entry_of(log_us: int, row: Sequence[Cells]) -> Entry:
@@ -131,7 +141,11 @@ async def try_once(
     settings: RecordSettings, sessions: "Mapping[str, OpcUaSession]", clock: Clock
 ) -> tuple[TriedChannel, ...]:
     """Read every node twice, to see what it says and whether its source time stamp moves."""
-    readers = [ChannelReader(channel) for channel in settings.channels]
+    readers = [
+        ChannelReader(one)
+        for channel in settings.channels
+        for one in (replace(channel, counter_node=None), *_counter_of(channel))
+    ]
     cells, values = [Cells()] * len(readers), [""] * len(readers)
     await _connections(sessions, clock)
     for wait_s in (0.0, TRY_AGAIN_S):

@@ -67,10 +67,18 @@ class ChannelReader:
         """Readings by the name of their status, where it was not good. [1]"""
         self._last: tuple[datetime | None, str] = None, ""
         self._last_us = 0
+        self._count: float | None = None
+        self._touched = False
 
-    def read(self, answer: "ua.DataValue | None", log_us: int) -> Cells:
-        """Return the cells of an answer; None where the server gave none."""
+    def read(
+        self,
+        answer: "ua.DataValue | None",
+        log_us: int,
+        counter: "ua.DataValue | None" = None,
+    ) -> Cells:
+        """Return the cells of an answer and of its counter's; None where the server gave none."""
         self.asked += 1
+        touched, self._touched = self._touched, self._moved(counter)
         if answer is None:
             return self._left_out(NO_ANSWER, Cells("", NO_ANSWER))
         stamp = _stamp_of(answer)
@@ -85,6 +93,8 @@ class ChannelReader:
         if number is None:
             why = f"no number; sent {sent}" if sent else "no value"
             return self._left_out("no number", Cells("", *said, why))
+        if self.settings.counter_node:  # it alone says what is new
+            return self._touch(Cells(self._scaled(number), *said), new=touched)
         self.unstamped += stamp is None
         self.unchanged += unchanged
         self.unchanged_in_a_row = self.unchanged_in_a_row + 1 if unchanged else 0
@@ -95,6 +105,19 @@ class ChannelReader:
             return Cells("", *said, remark)
         self.recorded += 1
         return Cells(self._scaled(number), *said, remark)
+
+    def _touch(self, cells: Cells, *, new: bool) -> Cells:
+        if self._count is None:
+            return self._left_out("no counter", cells._replace(value="", remark="no counter"))
+        self.recorded += new
+        return cells if new else cells._replace(value="", remark="unchanged")
+
+    def _moved(self, counter: "ua.DataValue | None") -> bool:
+        """Whether a counter has risen: the value is taken a look later, as it may come behind."""
+        before, self._count = self._count, None
+        if counter is not None and is_good(counter):
+            self._count = _number_of(counter)[1]
+        return before is not None and self._count is not None and self._count > before
 
     def _left_out(self, why: str, cells: Cells) -> Cells:
         self.not_good[why] = self.not_good.get(why, 0) + 1

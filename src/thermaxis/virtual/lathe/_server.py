@@ -187,6 +187,7 @@ class LatheServer:
         self._read_s = -math.inf
         self._readings: Mapping[str, LatheReading] = {}
         self._now = datetime.now(UTC)
+        self._stamps: dict[str, tuple[float, datetime]] = {}
         self._telling = False
 
     @property
@@ -267,11 +268,15 @@ class LatheServer:
         value: object = reading.value
         if kind is ua.VariantType.UInt32 and value is not None:
             value = int(value) % 2**32 if math.isfinite(value) else None
-        age_s = (self._lathe.time_s - reading.stamp_s) / self._settings.speed
+        stamped_s, stamp = self._stamps.get(name, (None, self._now))
+        if stamped_s != reading.stamp_s:  # what stands keeps its time, to the microsecond
+            age_s = (self._lathe.time_s - reading.stamp_s) / self._settings.speed
+            stamp = self._now - timedelta(seconds=age_s)
+            self._stamps[name] = reading.stamp_s, stamp
         return ua.DataValue(
             Value=_NULL if value is None else ua.Variant(value, kind),
             StatusCode=status_code(reading.status),
-            SourceTimestamp=self._now - timedelta(seconds=age_s),
+            SourceTimestamp=stamp,
             ServerTimestamp=self._now,
         )
 
