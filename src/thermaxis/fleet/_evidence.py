@@ -3,10 +3,10 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import date
-from math import expm1
+from math import expm1, sqrt
 from typing import Any, Final, cast, final
 
-from thermaxis.fleet._judging import CAUSES, JUDGED_DAYS, LEAST, Cause, Judgement
+from thermaxis.fleet._judging import CAUSES, GROWS, JUDGED_DAYS, LEAST, Cause, Judgement
 from thermaxis.fleet._night import StoredNight
 from thermaxis.fleet._signs import SignKind
 
@@ -32,19 +32,19 @@ class Evidence:
     unit: str
     """Unit of what follows."""
     days: tuple[date, ...]
-    """Days of the nights."""
+    """Days of the nights, but for those of which not even `JUDGED_DAYS` together would tell."""
     departures: tuple[float, ...]
     """How far it departs from its own past, by night; that of judging is drawn to the sisters'."""
     twice_std: tuple[tuple[float, float], ...]
     """The same less and plus two standard deviations."""
-    limits: tuple[float, float]
-    """Departures between these are no reason to look at a machine."""
+    limits: tuple[float | None, float]
+    """Departures between these are no reason to look at a machine; None: nor is any below."""
 
 
 def evidence_of(judgement: Judgement, nights: Iterable[StoredNight]) -> list[Evidence]:
     """Return what carries a judgement, the likeliest cause first.
 
-    Of a sensor that stands still there is none: it has no figure.
+    Of a sensor that stands still there is none: it has no figure; nor where no night tells.
 
     Parameters
     ----------
@@ -82,7 +82,9 @@ def _evidence(
         same.sort(key=lambda sign: sign["output"] != output)
         if same:
             signs[night.day] = same[0]
-    if not signs:
+    least = LEAST[kind]
+    most = least * sqrt(JUDGED_DAYS)
+    if not any(sign["std"] <= most for sign in signs.values()):
         return None
     departures, level = list[float](), 0.0
     first = next(iter(signs.values()))
@@ -93,12 +95,15 @@ def _evidence(
             level = sign["value"] - first["before"]
         departures.append(level)
     scaled = _SHARES.get(kind, float)
-    twice = [2.0 * sign["std"] for sign in signs.values()]
+    told = [
+        (day, level, 2.0 * sign["std"])
+        for (day, sign), level in zip(signs.items(), departures, strict=True)
+        if sign["std"] <= most
+    ]
     return Evidence(
-        *(cause, of, _UNITS.get(kind, "%"), tuple(signs)),
-        departures=tuple(map(scaled, departures)),
-        twice_std=tuple(
-            (scaled(d - s), scaled(d + s)) for d, s in zip(departures, twice, strict=True)
-        ),
-        limits=(scaled(LEAST[kind]), scaled(-LEAST[kind])),
+        *(cause, of, _UNITS.get(kind, "%")),
+        days=tuple(day for day, *_ in told),
+        departures=tuple(scaled(level) for _, level, _ in told),
+        twice_std=tuple((scaled(d - s), scaled(d + s)) for _, d, s in told),
+        limits=(None if kind in GROWS else scaled(-least), scaled(least)),
     )

@@ -83,9 +83,10 @@ SHARES: Final = {
     SignKind.REST: 0.05,
 }
 """Of what chance may name, the share of each sign: most to what is hardest to see."""
+GROWS: Final = (SignKind.SWAP, SignKind.REST)
+"""Signs that count only where they grow."""
 _BY_MODEL = (Cause.SENSORS_SWAPPED, Cause.GAIN, Cause.TIME_CONSTANT)
 _LEARNT = (SignKind.LEVEL, SignKind.MEAN, SignKind.REST)
-_GROWS = (SignKind.SWAP, SignKind.REST)
 _STILL = frozenset({"log-stuck", "log-constant", "log-never_measured"})
 _WINDOWS = (1, 2, 3, 5, 8, 14)
 _WITHIN = 0.05
@@ -344,7 +345,7 @@ def _departures(
         better &= np.abs(beyond) <= _MOST.get(sign, np.inf)
         # what has gone since is no reason any more
         better &= np.sign(t) * departure[rows, last] + 2.0 * std[rows, last] >= _STAYS * np.abs(t)
-        if sign in _GROWS:
+        if sign in GROWS:
             better &= beyond > 0.0
         if sign is SignKind.SWAP:  # the likelihood of 1 against 0
             formal = np.sqrt(np.maximum(2.0 * t - 1.0, 0.0)) / s

@@ -31,11 +31,30 @@ def test_the_sign_of_the_cause_is_shown_from_the_past_to_beyond_its_limits(
     assert (one.of, one.unit) == (key[2] or key[1], unit)
     assert one.days == tuple(LAST - timedelta(days=k) for k in (3, 2, 1, 0))
     before, *_, now = one.departures
-    high, low = one.limits
-    assert low < before < high < now
+    low, high = one.limits
+    assert (low is None) == (key[0] in {"swap", "rest"})
+    assert low is None or low < before
+    assert before < high < now
     assert now == pytest.approx(last, rel=0.2)
     for departs, (below, above) in zip(one.departures, one.twice_std, strict=True):
         assert below < departs < above
+
+
+def test_a_night_that_tells_nothing_is_left_out_and_what_goes_on_over_it_stays():
+    key = ("mean", "Z_um", "")
+    nights = fleet({("M7", key): [0.0, 0.0, 5.0, 5.0]}, 1)
+    told = shown(nights)[0]
+    (sunday,) = [n for n in nights if (n.machine, n.day) == ("M7", LAST - timedelta(days=2))]
+    (sign,) = [one for one in sunday.result["signs"] if one["sign"] == "mean"]
+    sign["std"] = 30.0
+    one = shown(nights)[0]
+    assert one.days == (told.days[0], *told.days[2:])
+    assert one.departures == (told.departures[0], *told.departures[2:])
+    judged = named(nights)[0]
+    for night in nights:
+        for sign in night.result["signs"]:
+            sign["std"] = 30.0
+    assert evidence_of(judged, [night for night in nights if night.machine == "M7"]) == []
 
 
 def test_a_sensor_that_stands_still_has_no_figure():

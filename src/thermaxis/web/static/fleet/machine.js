@@ -27,7 +27,8 @@ for (const { title, unit, t, y, low, high, limits } of story.evidence) {
   add("evidence", title, {
     marks: story.marks.filter((/** @type {{kind: string}} */ one) => one.kind === "alarm"),
     lines: [{ name: word("fleet-departure"), unit, x: t, y, low, high, digits: 2 }],
-    bands: [{ high: limits[0], text: word("fleet-limit") }, { low: limits[1] }],
+    bands: [{ high: limits[1], text: word("fleet-limit") },
+      ...limits[0] === null ? [] : [{ low: limits[0] }]],
     yTitle: unit,
     label: `${title} ${word("fleet-departure")}`,
   });
