@@ -16,8 +16,8 @@ from thermaxis.compensation import CompensationModel, Provenance, TrainingLog
 from thermaxis.errors import DataError
 from thermaxis.files import model_sha256
 from thermaxis.fleet._signs import Sign, signs_of
-from thermaxis.runtime import probe_name
-from thermaxis.runtime.history import MINUTE, input_column, output_column
+from thermaxis.runtime import DATUM, probe_name
+from thermaxis.runtime.history import DATUM_SET, MINUTE, input_column, output_column
 from thermaxis.thermal import (
     MeasuredOutput,
     ThermalLog,
@@ -191,6 +191,9 @@ def night(
     )
     measured = [o.name for o in model.outputs if _is_measured(log, o.name, day_rows)]
     log = without_faults(log)
+    if DATUM_SET in table.columns:
+        anew = (table[DATUM_SET].fill_null(0) > 0).cast(pl.Float64).to_numpy()
+        log = replace(log, columns={**log.columns, DATUM: anew}, units={**log.units, DATUM: ""})
     touched = {name: _touched_rows(log, name) for name in measured}
     judged = replace(judged, signs=signs_of(log, model, touched, day_rows))
     try:
@@ -234,7 +237,7 @@ def _joined(minutes: Sequence[pl.DataFrame]) -> tuple[pl.DataFrame, list[Message
     if bool(table[MINUTE].is_sorted()) and table[MINUTE].n_unique() == table.height:
         return table, []
     names = [name.removesuffix("_mean") for name in table.columns if name.endswith("_mean")]
-    joined: list[pl.Expr] = []
+    joined = [pl.col(name).sum() for name in (DATUM_SET,) if name in table.columns]
     for name in names:
         count = pl.col(f"{name}_count").cast(pl.Int64)
         joined += [

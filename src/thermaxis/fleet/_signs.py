@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.compensation import CompensationModel, Output, TouchFilter
+from thermaxis.runtime import DATUM
 from thermaxis.thermal import ThermalLog, simulate_log
 
 _F = NDArray[np.float64]
@@ -153,6 +154,8 @@ class _Touched:
         self._own_um = run.outputs[output.name].contribution_um[rows]
         self._left_um = log.column(output.name, unit="um")[rows] - self._said_um
         self._day = day[rows]
+        anew = np.flatnonzero(log.columns.get(DATUM, np.zeros(0)) == 1.0)
+        self._datums = np.searchsorted(anew, rows, side="right")
         self._names = [part.name for part in output.parts]
 
     def signs(self) -> Iterator[Sign]:
@@ -160,7 +163,7 @@ class _Touched:
         today, before = self._day == 0, self._day < 0
         if min(np.count_nonzero(today), np.count_nonzero(before)) < FEWEST:
             return
-        left_um = self._left_um - np.median(self._left_um[before])
+        left_um = self._over_level(before)
         kept = _likeliest(self._log.time_s[self._rows], left_um, before)
         e = kept.of(left_um)
         slower = self._run(replace(self._model, outputs=(_slower(self._output),)), self._log)
@@ -182,6 +185,16 @@ class _Touched:
             if max(std, earlier_std) < np.inf:
                 yield Sign(kind, self._output.name, of, value, std, earlier, earlier_std)
         yield from self._of_days(e, steady)
+
+    def _over_level(self, before: NDArray[np.bool_]) -> _F:
+        """Return what the model leaves over its median before the day; a datum sets it anew."""
+        left_um = self._left_um.copy()
+        for datum in np.unique(self._datums):
+            own = self._datums == datum
+            known = own & before
+            few = 2 * np.count_nonzero(known) < np.count_nonzero(own) and datum > self._datums[0]
+            left_um[own] -= np.median(left_um[own if few else known])
+        return left_um
 
     def _of_days(self, e: _F, steady: _F) -> Iterator[Sign]:
         days = np.unique(self._day)

@@ -12,6 +12,7 @@ import polars as pl
 from thermaxis.compensation import CompensationModel, Output, Part as ModelPart, Section
 from thermaxis.files import format_model, model_sha256
 from thermaxis.fleet import FleetMachine, Lake, ship
+from thermaxis.runtime import DATUM
 from thermaxis.runtime.history import Part, machine_folder
 from thermaxis.runtime.history._parts import write_part
 
@@ -38,13 +39,16 @@ def machine_of(name: str, gain: float = GAIN, **options: str) -> FleetMachine:
 
 @dataclass(frozen=True)
 class Truth:
-    """What a machine does in three days."""
+    """What a machine does in some days."""
 
     seed: int = 0
     corrected: float = 1.0
     """Share of the true displacement that the correction in force takes off."""
     touch_every: int = 30
     """Minutes between touches; 0 for none."""
+    days: int = DAYS
+    datum_um: float = 0.0
+    """By what a datum shifts what the probe shows, from the shift of the fifth day on."""
     frozen: bool = False
     """Whether the spindle's sensor stands still on the last day."""
 
@@ -53,7 +57,7 @@ class Truth:
 def cycles_of(truth: Truth) -> pl.DataFrame:
     """Return a cycle for every minute: the spindle works two shifts and its heat moves the tool."""
     rng = np.random.default_rng(truth.seed)
-    minute = np.arange(DAYS * MINUTES)
+    minute = np.arange(truth.days * MINUTES)
     works = ((minute % MINUTES) // 60 >= 6) & ((minute % MINUTES) // 60 < 20)
     duty = works * np.repeat(rng.uniform(0.0, 1.0, minute.size // 120), 120)
     rise, z_um = np.zeros(minute.size), np.zeros(minute.size)
@@ -70,6 +74,9 @@ def cycles_of(truth: Truth) -> pl.DataFrame:
     probe[every] = (z_um + correction + rng.normal(0.0, 1.0, minute.size))[every]
     if not truth.touch_every:
         probe[:] = np.nan
+    anew = 4 * MINUTES + 475
+    probe[anew:] += truth.datum_um
+    told = [DATUM if truth.datum_um and k == anew else None for k in range(minute.size)]
     begin = datetime(FIRST.year, FIRST.month, FIRST.day, tzinfo=UTC)
     return pl.DataFrame(
         {
@@ -79,8 +86,13 @@ def cycles_of(truth: Truth) -> pl.DataFrame:
             "T_column_C": np.round(column, 1),
             "Z_correction_um": correction,
             "probe_Z_um": probe,
+            "Z_touch": told,
         },
-        schema_overrides={"id": pl.Int64(), "time_utc": pl.Datetime("us", "UTC")},
+        schema_overrides={
+            "Z_touch": pl.String(),
+            "id": pl.Int64(),
+            "time_utc": pl.Datetime("us", "UTC"),
+        },
     ).with_columns(pl.col("probe_Z_um").fill_nan(None))
 
 

@@ -2,13 +2,13 @@
 
 import json
 from dataclasses import replace
-from datetime import timedelta
+from datetime import date, timedelta
 
 import polars as pl
 import pytest
 
 from tests.unit.fleet.fleet_machines import (
-    DAYS,
+    FIRST,
     GAIN,
     LAST,
     MINUTES,
@@ -16,15 +16,24 @@ from tests.unit.fleet.fleet_machines import (
     cycles_of,
     model_of,
 )
-from thermaxis.fleet import NightOutcome, NightResult, night, night_as_json
-from thermaxis.runtime.history import MINUTE
+from thermaxis.fleet import (
+    Cause,
+    NightOutcome,
+    NightResult,
+    StoredNight,
+    judge,
+    night,
+    night_as_json,
+)
+from thermaxis.messages import remedy_of
+from thermaxis.runtime.history import DATUM_SET, MINUTE
 from thermaxis.runtime.history._parts import minutes_of
 
 
 def days_of(truth: Truth) -> list[pl.DataFrame]:
     """Return the minutes of each day."""
     table = cycles_of(truth)
-    parts = [table.slice(k * MINUTES, MINUTES) for k in range(DAYS)]
+    parts = [table.slice(k * MINUTES, MINUTES) for k in range(truth.days)]
     return [minutes_of(part.lazy()).collect() for part in parts]
 
 
@@ -145,3 +154,28 @@ def test_where_the_day_shows_a_better_model_it_is_proposed_with_its_origin_and_e
     again = night("A", wrong.proposal, days, LAST)
     assert again is not None
     assert again.outputs["Z_um"].rmse_um < 0.5 * wrong.outputs["Z_um"].rmse_um
+
+
+def test_a_datum_that_was_set_anew_names_nobody_unless_it_is_not_told():
+    told = days_of(Truth(5, days=6, datum_um=30.0))
+    before = _stored(told, 3)
+    for known in (True, False):
+        days = told if known else [day.drop(DATUM_SET) for day in told]
+        (one,) = judge([before, _stored(days, 4), _stored(days, 5)], _day(5))
+        if known:
+            assert not one.named
+        else:
+            assert (one.named, one.causes[0]) == (True, Cause.DRIFT)
+            assert abs((_day(4) - one.since).days) <= 1
+            assert "datum" in remedy_of(one.evidence[0])[:20]
+
+
+def _day(number: int) -> date:
+    return FIRST + timedelta(days=number)
+
+
+def _stored(days: list[pl.DataFrame], number: int) -> StoredNight:
+    twice = days[number].tail(1)  # a minute that two files have
+    result = night("A", model_of(), [*days[: number + 1], twice], _day(number))
+    assert result is not None
+    return StoredNight("A", "mill", _day(number), result.model_sha256, "1", night_as_json(result))

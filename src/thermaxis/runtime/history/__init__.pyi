@@ -28,6 +28,7 @@ from ._none import (
     NoHistorian as NoHistorian,
 )
 from ._parts import (
+    DATUM_SET as DATUM_SET,
     MINUTE as MINUTE,
     Part as Part,
     machine_folder as machine_folder,

@@ -18,6 +18,7 @@ from urllib.parse import quote
 
 from thermaxis.codes import Place
 from thermaxis.errors import DataError
+from thermaxis.runtime._ports import DATUM
 from thermaxis.runtime.history._columns import TIME
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 MINUTE: Final = "minute_utc"
 """Begin of a minute."""
+DATUM_SET: Final = "datum_set_count"
+"""Cycles of a minute in which a datum was set anew. [1]"""
 _PART = re.compile(r"cycles-(\d{12})-(\d{12})\.parquet")
 _SHIPPED: Final = "shipped.txt"
 _ZSTD_LEVEL = 9
@@ -141,13 +144,15 @@ def note_shipped(parts: Sequence[Part]) -> None:
 
 
 def minutes_of(cycles: "pl.LazyFrame") -> "pl.LazyFrame":
-    """Return count, least, greatest and mean of every number in every minute."""
+    """Return count, least, greatest and mean of every number in every minute, and datums set."""
     import polars as pl  # noqa: PLC0415 - the loop's own process does without
 
     schema = cycles.collect_schema().items()
     kinds = (pl.Float64(), pl.Boolean())
     numbers = [name for name, kind in schema if kind in kinds and not name.endswith("_age_s")]
+    touches = [name for name, kind in schema if kind == pl.String() and name.endswith("_touch")]
     value = pl.col(numbers).cast(pl.Float64)
+    datums = [pl.any_horizontal(pl.col(touches) == DATUM).sum().alias(DATUM_SET)] if touches else []
     minute = pl.col(TIME).dt.truncate("1m").alias(MINUTE)
     return (
         cycles.group_by(minute)
@@ -156,6 +161,7 @@ def minutes_of(cycles: "pl.LazyFrame") -> "pl.LazyFrame":
             value.min().name.suffix("_least"),
             value.max().name.suffix("_greatest"),
             value.mean().name.suffix("_mean"),
+            *datums,
         )
         .sort(MINUTE)
     )
