@@ -30,7 +30,8 @@ from thermaxis.runtime import (
     StateFile,
     read_machine,
 )
-from thermaxis.runtime.history import TIME, Columns, touched_log
+from thermaxis.runtime.history import DATUM_SET, TIME, Columns, touched_log
+from thermaxis.runtime.history._parts import minutes_of
 from thermaxis.runtime.host import LocalAnswer
 
 
@@ -170,6 +171,8 @@ def test_a_touch_is_freed_of_the_correction_that_acted_at_its_time(cycles: pl.La
     assert float(np.corrcoef(shown[touched], rise[touched])[0, 1]) > 0.8
     assert np.nanmax(shown) < 75.0, "no touch that was excluded"
     assert np.flatnonzero(log.columns["datum"]).tolist() == [1001]
+    minutes = minutes_of(cycles).collect()
+    assert np.flatnonzero(minutes[DATUM_SET]).tolist() == [1001], "nights are told of it, too"
 
 
 def test_a_better_model_is_written_beside_and_nothing_is_changed(
