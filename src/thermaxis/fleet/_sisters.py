@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from thermaxis import __version__
 from thermaxis.compensation import STATED, CompensationModel, Part, Provenance, Section
 from thermaxis.errors import ConfigurationError
+from thermaxis.files import model_sha256
 
 LEAST_SISTERS: Final = 3
 """A median of fewer is none. [1]"""
@@ -29,7 +30,7 @@ def sister_model(sisters: Mapping[str, CompensationModel]) -> CompensationModel:
     Parameters
     ----------
     sisters : mapping of str to CompensationModel
-        Their models in force, by machine.
+        Their models in force, by machine; of those that have the same one, the first counts.
 
     Returns
     -------
@@ -39,14 +40,16 @@ def sister_model(sisters: Mapping[str, CompensationModel]) -> CompensationModel:
     Raises
     ------
     ConfigurationError
-        If there are fewer than three identified on themselves, or they differ in outputs, inputs or
+        If fewer than three have a model of their own, or they differ in outputs, inputs or
         references.
     """
-    sisters = {name: one for name, one in sisters.items() if _ON_SISTERS not in one.warnings}
-    names, models = list(sisters), list(sisters.values())
+    own = {name: one for name, one in sisters.items() if _ON_SISTERS not in one.warnings}
+    once = {model_sha256(own[name]): name for name in reversed(own)}
+    names = [name for name in own if name in once.values()]
+    models = [own[name] for name in names]
     if len(models) < LEAST_SISTERS:
         raise ConfigurationError("too_few_sisters", count=len(models), least=LEAST_SISTERS)
-    for name, one in sisters.items():
+    for name, one in zip(names, models, strict=True):
         if _structure(one) != _structure(models[0]):
             raise ConfigurationError("sisters_differ", name=name, other=names[0])
     stated = models[0].channels if models[0].reference == STATED else ()

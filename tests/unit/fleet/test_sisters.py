@@ -9,9 +9,9 @@ from tests.refusals import refused
 from tests.unit.fleet.fleet_machines import GAIN, LAST, TAU_MIN, Truth, model_of
 from tests.unit.fleet.test_night import days_of
 from thermaxis.cli import main
-from thermaxis.compensation import CompensationModel, Output, Part, Section
-from thermaxis.files import read_model, write_model
-from thermaxis.fleet import night, sister_model
+from thermaxis.compensation import CompensationModel, Output, Part, Provenance, Section
+from thermaxis.files import model_sha256, read_model, write_model
+from thermaxis.fleet import NightOutcome, NightResult, Registry, night, sister_model
 
 STEP_S = 300.0
 GAINS, LAGS_S = (10.0, 6.0), (1200.0, 9000.0)
@@ -23,6 +23,11 @@ def machine(gains: np.ndarray, lags_s: np.ndarray, name: str = "Z_um") -> Compen
     sections = tuple(map(Section, gains.tolist(), lags_s.tolist()))
     part = Part("spindle", "T_spindle_C", "T_column_C", sections=sections)
     return CompensationModel(outputs=(Output(name, (part,)),))
+
+
+def called(model: CompensationModel, name: str) -> CompensationModel:
+    """Return an equal model with a file of its own."""
+    return replace(model, provenance=Provenance(method=name, program="p"))
 
 
 def spread(random: np.random.Generator, model: CompensationModel, by: float) -> CompensationModel:
@@ -67,7 +72,7 @@ def test_the_median_leaves_less_than_a_sister_does_even_where_one_sister_is_wron
 
 def test_the_median_of_equal_models_is_that_model_and_says_what_it_is() -> None:
     kind = machine(np.array(GAINS), np.array(LAGS_S))
-    one = sister_model({"A": kind, "B": kind, "C": kind})
+    one = sister_model({name: called(kind, name) for name in "ABC"})
     (part,) = one.outputs[0].parts
     for found, true in zip(part.sections, kind.outputs[0].parts[0].sections, strict=True):
         assert found.gain_um_per_k == pytest.approx(true.gain_um_per_k, rel=1e-6)
@@ -77,14 +82,18 @@ def test_the_median_of_equal_models_is_that_model_and_says_what_it_is() -> None:
 
 
 def test_machines_that_are_built_differently_or_too_few_have_no_median() -> None:
-    one, other = model_of(), machine(np.array(GAINS), np.array(LAGS_S), "Y_um")
+    other = machine(np.array(GAINS), np.array(LAGS_S), "Y_um")
+    two = {name: called(model_of(), name) for name in "AB"}
     with refused("too_few_sisters", count=2):
-        sister_model({"A": one, "B": one})
-    median = sister_model({"A": one, "B": one, "C": one})
+        sister_model(two)
+    with refused("too_few_sisters", count=2):  # one machine under two names
+        sister_model({**two, "C": two["A"]})
+    median = sister_model({**two, "C": called(model_of(), "C"), "D": two["A"]})
+    assert median.provenance.method.endswith(" A, B, C")
     with refused("too_few_sisters", count=2):  # a median tells nothing of a machine
-        sister_model({"A": one, "B": one, "C": median})
+        sister_model({**two, "C": median})
     with refused("sisters_differ", name="C", other="A"):
-        sister_model({"A": one, "B": one, "C": other})
+        sister_model({**two, "C": other})
 
 
 def test_three_days_of_touches_take_a_new_machine_from_the_median_to_its_own_model() -> None:
@@ -112,8 +121,15 @@ def test_a_new_machine_is_added_with_a_model_that_is_written(tmp_path, monkeypat
     for k, gain in enumerate((7.0, 8.0, 12.0)):
         assert main(new) == 2
         assert f"has {k} other machines" in capsys.readouterr().err
-        write_model(model_of(gain), "m.json")
-        assert main(["fleet", "add", "r.db", f"M{k}", "m.json", "--kind", "mill"]) == 0
+        for name, of in ((f"M{k}", gain), (f"N{k}", gain + 20.0)):  # of N is no night
+            write_model(model_of(of), "m.json")
+            assert main(["fleet", "add", "r.db", name, "m.json", "--kind", "mill"]) == 0
+        stored = {"machine": f"M{k}", "model_sha256": model_sha256(model_of(gain))}
+        night_of = NightResult(**stored, day=LAST, outcome=NightOutcome.UNVERIFIED)
+        with Registry("sqlite:///r.db") as registry:
+            registry.record([night_of])
+    capsys.readouterr()
     assert main(new) == 0
+    assert "new.json, median of the models of M0, M1, M2\n" in capsys.readouterr().out
     assert read_model("new.json").outputs[0].parts[0].dc_gain_um_per_k == pytest.approx(8.0)
     assert main(new) == 2  # no file is written over

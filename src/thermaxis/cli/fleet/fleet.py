@@ -192,12 +192,16 @@ def _add(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     if arguments.from_sisters:
         if arguments.model.exists():
             raise ConfigurationError("file_exists", place=Place(str(arguments.model)))
+        watched = {one.machine for one in registry.standings() if one.night is not None}
         sisters = {
             one.name: parse_model(one.model, name=one.name)
             for one in registry.machines()
-            if one.kind == arguments.kind and one.name != arguments.machine
+            if one.kind == arguments.kind and one.name in watched - {arguments.machine}
         }
-        write_model(fleet.sister_model(sisters), arguments.model)
+        median = fleet.sister_model(sisters)
+        write_model(median, arguments.model)
+        said = f"{printable(str(arguments.model))}, {median.provenance.method}"
+        sys.stdout.write(f"written: {said}\n")
     model = read_model(arguments.model)
     channels: dict[str, str] = dict(arguments.channel)
     known = [*model.channels, *(output.name for output in model.outputs)]
