@@ -248,6 +248,9 @@ async def test_a_touch_that_somebody_types_counts_and_its_answer_says_what_becam
             return said.accepted, str(said.code), said.values.get("outcome")
 
         assert await type_in() == (True, "touched", "believed")
+        taken = touches_of(loop).touched
+        assert taken is not None
+        assert timedelta(seconds=4.9) < loop.clock.utc() - taken < timedelta(seconds=7.0)
         assert await type_in(um=60.0) == (False, "touched", "excluded")
         assert await type_in("X_um") == (False, "touched", "unknown_output")
         assert await type_in(age_s=1e6) == (False, "touched", "untimely")

@@ -332,21 +332,27 @@ def test_void_touches_wait_for_a_person_and_none_is_taken_meanwhile() -> None:
 
 
 def test_the_axis_that_asks_for_a_touch_is_told_before_one_that_was_touched_later() -> None:
-    early, late = ({"touch_time": f"2026-11-23T10:0{k}:00Z"} | TOUCHED for k in (1, 2))
+    known = TOUCHED | {"touch_outcome": "believed", "acting_known": True}
+    early, late = ({"touch_time": f"2026-11-23T10:0{k}:00Z"} | known for k in (1, 2))
     told = [
         {"X_um": early | one, "Z_um": late | other, "Y_um": {"offset_um": None}}
         for one, other in (
-            ({}, {"touch_outcome": "believed"}),
+            ({}, {}),
             ({"touch_now": True}, {}),
+            ({"touch_now": True, "acting_known": False}, {}),
             ({}, {"touch_outcome": "excluded"}),
+            ({}, {"touch_outcome": "untimely"}),
             ({}, {"touch_outcome": "no_effect", "offset_void": True}),
         )
     ]
-    found = said("return given.map((outputs) => touchesSaid({ outputs }));", [*told, {"Y_um": {}}])
+    script = "return given.map((outputs) => touchesSaid({ outputs, source_connected: true }));"
+    found = said(script, [*told, {"Y_um": {}}])
     assert found == [
         [True, "operator-touched"],
         [False, "operator-touch_now"],
         [True, "operator-touched"],
+        [False, "operator-touched"],
+        [False, "operator-touched"],
         [False, "operator-touched"],
         None,
     ]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import final
 
 from thermaxis.compensation import (
@@ -127,13 +127,13 @@ class Touches:
         """Keep and tell what became of the touches of a cycle, and that a datum was set anew."""
         anew = any(answer.code is AnswerCode.TOUCHES_FORGOTTEN for answer in output.answers)
         self.outcomes = dict.fromkeys(self._names, DATUM) if anew else {}
-        for touch, outcome in zip(touches, output.touch_outcomes, strict=True):
-            name, value_um = touch.output, touch.value_um
+        for (name, value_um, at_s, *_), outcome in zip(touches, output.touch_outcomes, strict=True):
             if outcome is TouchOutcome.UNKNOWN_OUTPUT:
                 continue
             if outcome is not TouchOutcome.REPEATED:
                 self.outcomes[name] = outcome.value
-                self._last[name] = OutputTouches(outcome=outcome, touched=utc, value_um=value_um)
+                at = utc - timedelta(seconds=min(max(0.0, output.time_s - at_s), 1e9))
+                self._last[name] = OutputTouches(outcome=outcome, touched=at, value_um=value_um)
             values = {"name": name, "value_um": value_um, "outcome": outcome.value}
             journal.event("touch", "event-touch", values)
 

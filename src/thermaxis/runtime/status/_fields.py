@@ -384,7 +384,7 @@ _OF_AN_OUTPUT = (
     _F("TouchOutcome", "touch_outcome", "", _K.TEXT, "", "touches.*.outcome",
        "What became of it, a code; empty before the first.", prompt=True),
     _F("TouchTime", "touch_time", "touch_time_seconds", _K.TIME, "", "touches.*.touched",
-       "When it was judged.", missing=NONE_STATED),
+       "When it was taken.", missing=NONE_STATED),
     _F("Parts", "", "", _K.NUMBERS, "µm", _of_model("contribution_um"),
        "What every part of the model contributes."),
     _F("PartNames", "", "", _K.TEXTS, "", "facts.*.parts",

@@ -90,7 +90,7 @@ class OutputTouches(NamedTuple):
     value_um: float | None = None
     """What it showed. [µm]"""
     touched: datetime | None = None
-    """Time of the cycle that judged it, aware, in UTC."""
+    """When it was taken, aware, in UTC."""
     again: bool = False
     """Whether it was excluded, so that a second one is wanted."""
     acts: bool = False

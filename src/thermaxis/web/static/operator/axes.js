@@ -16,6 +16,7 @@ const AGED_S = 3; // what was read longer ago says when
 const LEAST_REST_UM = 0.05;
 const LEAST_SPAN_UM = 10;
 const NEAR_LIMIT_UM = 1e-6;
+const WELL = ["", "believed", "confirmed"]; // what became of a touch
 const TO_ZERO = ["Off", "Fading", "Fault"];
 
 /** Make a text as narrow as its room, never taller or lower. @param {HTMLElement} element */
@@ -291,8 +292,9 @@ function outcomeSaid(axis) {
   }[/** @type {string} */ (axis.touch_outcome)] ?? word("operator-touch_unused");
 }
 
-/** When was touched last and how that ended, and whether nothing is asked for: of the axis that asks
- * for one, else of the one that was touched last; null where none are looked at.
+/** When was touched last and how that ended, and whether that is well and nothing is asked for: of
+ * the axis that asks for one, else of the one that was touched last; null where none are looked at.
+ * None is asked for where it could not be used, as the machine is not read.
  * @param {Status} status @returns {[boolean, string] | null} */
 export function touchesSaid(status) {
   const [first] = Object.entries(status.outputs).filter(([, axis]) => isTouched(axis))
@@ -300,10 +302,11 @@ export function touchesSaid(status) {
       || Date.parse(b.touch_time ?? 0) - Date.parse(a.touch_time ?? 0));
   if (!first) return null;
   const [name, axis] = first;
+  const now = axis.touch_now && status.source_connected && axis.acting_known;
   const values = { axis: shortNames(name), std: number(axis.offset_std_um, 1),
     time: axis.touch_time ? timeOf(axis.touch_time) : "", outcome: outcomeSaid(axis) };
-  return [!axis.touch_now && !axis.offset_void,
-    word(axis.touch_now ? "operator-touch_now" : "operator-touched", values)];
+  return [!now && !axis.offset_void && WELL.includes(axis.touch_outcome),
+    word(now ? "operator-touch_now" : "operator-touched", values)];
 }
 
 /** @param {Status} status @param {string} output @param {string} part */
