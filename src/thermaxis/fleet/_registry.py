@@ -673,8 +673,11 @@ class Registry:
             is_open = [i for i, one in every.items() if one.state is ProposalState.OPEN]
             if not is_open or sha256 not in {"", every[is_open[0]].sha256}:
                 same = [o for o in every.values() if o.parent_sha256 == known.model_sha256]
-                decided = not is_open and any(one.decided_utc for one in same)
-                code = "proposal_decided" if decided else "no_proposal"
+                decided = [o for o in same if o.decided_utc] if not is_open else []
+                last = max(decided, key=attrgetter("decided_utc"), default=None)
+                code = "no_proposal" if last is None else "proposal_decided"
+                if last is not None and last.state is ProposalState.WITHDRAWN:
+                    code = "proposal_withdrawn"
                 raise ConfigurationError(code, name=machine, place=self._place)
             if not _decided(connection, is_open[0], accepted=accepted, who=who, why=why):
                 raise ConfigurationError("proposal_decided", name=machine, place=self._place)

@@ -162,6 +162,9 @@ def test_what_is_withdrawn_is_not_fetched_and_goes_unless_it_is_needed(
     (before,) = registry.withdraw(NAME, **WHO)
     assert before.state is ProposalState.ACCEPTED
     assert (fetched(machine, registry).model, models(machine)) == (None, own)
+    for accepted in (True, False):
+        with refused("proposal_withdrawn", name=NAME):
+            registry.decide(NAME, accepted=accepted, **WHO)
     propose(registry, THIRD)
     name = str(fetched(machine, registry).model)
     (before,) = registry.withdraw(NAME, **WHO)

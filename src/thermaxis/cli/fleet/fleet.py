@@ -41,7 +41,9 @@ _DAYS_BACK = 6
 _WORST = "rmse_um"
 _AT_MACHINE = "there, thermaxis fleet fetch brings it into its folder of models."
 _WITHDRAWN = {
-    fleet.ProposalState.ACCEPTED: "It was not fetched, and will not be.",
+    fleet.ProposalState.ACCEPTED: (
+        "It was not fetched, and will not be: a newer night has to propose again."
+    ),
     fleet.ProposalState.FETCHED: (
         "It was fetched: the next thermaxis fleet fetch at the machine removes it, unless it is in"
         " force there by then."
