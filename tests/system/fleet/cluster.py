@@ -172,7 +172,7 @@ class Cluster:
         """Have all nights done, with kills in between; return how many of them there were."""
         choose, done = random.Random(seed), 0  # noqa: S311 - no secret
         for victim in kills:
-            if not self._waited_for(self.stored() + choose.randint(1, 3)):
+            if not self._waited_for(self.stored() + 1):  # of more a fast computer has all before
                 break
             time.sleep(choose.random())  # in the middle of a job as well
             number = choose.randint(1, 2)
