@@ -356,3 +356,23 @@ def test_lone_displacements_far_from_all_others_are_masked_and_no_others() -> No
     log = without_faults(ThermalLog.from_columns({"z_um": z_um}, time_s=time_s))
     assert np.flatnonzero(np.isnan(log.columns["z_um"])).tolist() == wrong
     assert [m.code for m in log.remarks] == ["remark-values_no_measurement"]
+
+
+def test_touches_that_a_control_repeats_are_told_and_a_coarse_or_steady_display_is_not() -> None:
+    rng = np.random.default_rng(7)
+    time_s = 60.0 * np.arange(7194)
+    z_um = 30.0 * (1.0 - np.exp(-time_s / 40_000.0)) + rng.normal(0.0, 1.0, time_s.size)
+    touches = np.round(z_um[::60], 1)
+    temperature = 20.0 + z_um / 3.0
+    count = 1 + np.count_nonzero(np.diff(touches))
+    for held, expected in (
+        (np.repeat(touches, 60)[: time_s.size], {"touches": count, "rows": 7194}),
+        (np.where(np.arange(time_s.size) % 60, np.nan, np.round(z_um, 1)), None),
+        (np.round(np.sort(z_um)), None),
+        (np.round(z_um, 1), None),
+    ):
+        log = ThermalLog.from_columns({"Z_um": held, "T_C": temperature}, time_s=time_s)
+        told = [m.values for m in without_faults(log).remarks if "repeated" in m.code]
+        assert [{k: v for k, v in one.items() if k != "name"} for one in told] == (
+            [expected] if expected else []
+        )

@@ -13,6 +13,7 @@ remark-values_no_measurement = hodnoty { $name }, které nejsou měřením: { $c
 remark-rows_masked = zakryto podle požadavku: řádky { $name } od { $row } do { $last } ({ $rows }) se berou jako chybějící
 remark-all_rows_masked = zakryto podle požadavku: řádky všech kanálů od { $row } do { $last } ({ $rows }) se berou jako chybějící
 remark-rows_stuck = { $name } zůstává { $lasts_s } s na { $value } { $unit }, ačkoli se měl změnit: řádky od { $row } do { $last } ({ $rows }) se berou jako chybějící
+remark-touches_repeated = { $name } ukazuje v řádcích ({ $rows }) jen málo hodnot ({ $touches }), jako když řídicí systém opakuje poslední dotyk sondy, a každý řádek platí za změřený: jsou-li to dotyky, ponechte jen první řádek každé hodnoty a ostatní vyprázdněte (record: counter_node)
 remark-displacement_joined = { $name } v řádku { $row }, { $at_s } s od začátku, skočí o { $size } ± { $within } { $unit }, což teplo nedokáže (vynulovaná sonda, přesunutý stroj): řádky odtud dál navazují na předchozí nulu
 remark-displacements_late = { $names } následují teploty, jako by byly označeny o { $shift_s } s pozdě: byly posunuty zpět; odpovídá-li tak pozdě sám stroj, ponechte je volbou --as-logged
 remark-displacements_early = { $names } předcházejí teploty, jako by byly označeny o { $shift_s } s dříve: byly posunuty dál, o více, než se opožďují snímače daleko od tepla

@@ -12,6 +12,7 @@ remark-values_no_measurement = { $count } Werte von { $name } sind keine Messung
 remark-rows_masked = wie verlangt ausgeblendet: { $rows } Zeilen von { $name }, von { $row } bis { $last }, gelten als fehlend
 remark-all_rows_masked = wie verlangt ausgeblendet: { $rows } Zeilen aller Kanäle, von { $row } bis { $last }, gelten als fehlend
 remark-rows_stuck = { $name } bleibt { $lasts_s } s lang bei { $value } { $unit }, obwohl er sich hätte ändern sollen: { $rows } Zeilen, von { $row } bis { $last }, gelten als fehlend
+remark-touches_repeated = { $name } zeigt { $touches } Werte in { $rows } Zeilen, wie wo eine Steuerung die letzte Antastung wiederholt, und jede Zeile gilt als gemessen: sind das Antastungen, nur die erste Zeile jedes Werts behalten und die anderen leeren (record: counter_node)
 remark-displacement_joined = { $name } springt in Zeile { $row }, { $at_s } s nach dem Anfang, um { $size } ± { $within } { $unit }, was Wärme nicht kann (ein Taster auf null gesetzt, eine Maschine bewegt): Die Zeilen ab dort wurden vom Nullpunkt davor weitergeführt
 remark-displacements_late = { $names } folgen den Temperaturen, als wären sie { $shift_s } s zu spät gestempelt: Sie wurden zurückgeschoben; antwortet die Maschine selbst so spät, mit --as-logged behalten
 remark-displacements_early = { $names } gehen den Temperaturen voraus, als wären sie { $shift_s } s zu früh gestempelt: Sie wurden weitergeschoben, um mehr, als Sensoren abseits der Wärme zu spät sind

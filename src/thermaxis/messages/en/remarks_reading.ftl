@@ -12,6 +12,7 @@ remark-values_no_measurement = { $count } values of { $name } are no measurement
 remark-rows_masked = masked as asked for: { $rows } rows of { $name }, from { $row } to { $last }, count as missing
 remark-all_rows_masked = masked as asked for: { $rows } rows of all channels, from { $row } to { $last }, count as missing
 remark-rows_stuck = { $name } stays at { $value } { $unit } for { $lasts_s } s while it should have moved: { $rows } rows, from { $row } to { $last }, count as missing
+remark-touches_repeated = { $name } shows { $touches } values in { $rows } rows, as where a control repeats the last touch of a probe, and each row counts as measured: where these are touches, keep the first row of each value alone and empty the others (record: counter_node)
 remark-displacement_joined = { $name } leaps by { $size } ± { $within } { $unit } at row { $row }, { $at_s } s after the start, which heat cannot do (a probe set to zero, a machine moved): the rows from there on were carried on from the zero before
 remark-displacements_late = { $names } follow the temperatures as if stamped { $shift_s } s too late: they were shifted back; where the machine itself answers so late, keep them by --as-logged
 remark-displacements_early = { $names } go before the temperatures as if stamped { $shift_s } s too early: they were shifted on, by more than sensors away from the heat are late

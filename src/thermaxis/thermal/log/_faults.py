@@ -36,6 +36,12 @@ LARGEST_RANGE_UM = 2000.0
 FAR_RANGES = 10.0
 """A lone displacement lies further from the median around it than so many times the range of all
 medians: no machine moves there and back between two readings. [1]"""
+FEWEST_REPEATED = 12
+"""Values that stand and move on fewer times are not said to be touches. [1]"""
+MOST_MOVES = 0.2
+"""So are those that move in more of the rows than this share. [1]"""
+LEAST_STEPS = 4.0
+"""So are those that usually move by fewer steps: a touch of 1 um noise moves by ten of 0.1. [1]"""
 _AROUND = 31
 _MOST_ALIKE = 3
 _LEAP_STDS = 7.0
@@ -120,6 +126,11 @@ def without_faults(log: ThermalLog, *, as_logged: bool = False) -> ThermalLog:
         if unit in LENGTHS and not as_logged:
             columns[name] = _masked(name, columns[name], _lone(columns[name]), remarks)
             columns[name] = _on_one_zero(masked, name, columns[name], remarks)
+    remarks += [
+        _said("touches_repeated", name, **found)
+        for name, unit in log.units.items()
+        if unit in LENGTHS and (found := _repeated(columns[name] / LENGTHS[unit]))
+    ]
     step_s = even_step_s(log.time_s)
     if step_s > log.usual_step_s:
         rows = round(step_s * log.rows / max(log.duration_s, step_s))
@@ -153,6 +164,22 @@ def _lone(values: FloatArray) -> NDArray[np.int64]:
         return rows[:0]
     medians = np.median(sliding_window_view(np.pad(y, _AROUND // 2, "reflect"), _AROUND), axis=1)
     return rows[np.abs(y - medians) > FAR_RANGES * max(float(np.ptp(medians)), usual)]
+
+
+def _repeated(um: FloatArray) -> dict[str, Value]:
+    """Return how many values stand, and in how many rows, where they do as touches that are held.
+
+    A steady displacement of a coarse display stands, too, but moves on by a step or two.
+    """
+    um = um[~np.isnan(um)]
+    steps = np.abs(np.diff(um))
+    moves = steps[steps > 0.0]
+    if not FEWEST_REPEATED <= moves.size <= MOST_MOVES * steps.size:
+        return {}
+    least = LEAST_STEPS * resolution_of(um)
+    if float(np.ptp(um)) > LARGEST_RANGE_UM or float(np.median(moves)) < least:
+        return {}
+    return {"touches": moves.size + 1, "rows": um.size}
 
 
 def _masked(
