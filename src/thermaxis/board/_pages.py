@@ -16,6 +16,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.fleet import (
     ADDED,
     IN_FORCE,
+    SISTERS,
     Evidence,
     Judgement,
     Registry,
@@ -59,6 +60,7 @@ async def _board(request: Request) -> Response:
     ]
     named = [line for line in chosen if line.needs]
     quiet = chosen[len(named) :]
+    compared = sum(day == max(days) for day in days)
     return render(
         request,
         "board.html",
@@ -67,6 +69,7 @@ async def _board(request: Request) -> Response:
         day=max(days, default=None),
         lists=[(True, named[:MOST_LINES], len(named)), (False, quiet[:MOST_LINES], len(quiet))],
         all=len(lines),
+        few={"count": compared, "least": SISTERS} if 0 < compared < SISTERS else None,
         kinds=kinds,
         kind=kind,
         text=text,

@@ -17,6 +17,7 @@ from ._evidence import Evidence as Evidence, evidence_of as evidence_of
 from ._fetching import Fetch as Fetch, fetch as fetch
 from ._judging import (
     SENSOR_CAUSES as SENSOR_CAUSES,
+    SISTERS as SISTERS,
     Cause as Cause,
     Judgement as Judgement,
     judge as judge,

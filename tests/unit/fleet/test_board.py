@@ -20,7 +20,7 @@ from thermaxis.board import MOST_LINES, Need, board_application, board_settings,
 from thermaxis.codes import Message, Place, remark
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, parse_model
-from thermaxis.fleet import ADDED, Cause, NightOutcome, NightResult, OutputNight, Registry
+from thermaxis.fleet import ADDED, SISTERS, Cause, NightOutcome, NightResult, OutputNight, Registry
 from thermaxis.messages import LANGUAGES, sentence
 from thermaxis.runtime import Role, User, hash_password, write_users
 from thermaxis.screen.access._user_sessions import KEEP_ALIVE_S
@@ -189,6 +189,7 @@ def test_the_board_says_it_in_every_language_and_markup_of_names_is_text(browser
         for text in (
             sentence("fleet-named", count, language=language),
             sentence("fleet-title", {"day": LAST.isoformat()}, language=language),
+            sentence("fleet-few", {"count": 4, "least": SISTERS}, language=language),
             sentence("log-stuck.remedy", language=language),
             sentence("fleet-outcome_none", language=language),
         ):
@@ -289,6 +290,10 @@ def test_kind_and_text_choose_and_what_is_too_many_is_said(
     assert named("kind=lathe&text=BETT") == []
     for k in range(MOST_LINES):
         registry.add(machine_of(f"M{k:03}"), "first")
+    for more, said in ((3, True), (4, False)):  # beside four others
+        registry.record([night_of(f"M{k:03}") for k in range(more)])
+        few = sentence("fleet-few", {"count": 4 + more, "least": SISTERS})
+        assert (few in text_of(browser.get("/?kind=lathe").text)) == said
     assert len(named("")) == MOST_LINES + 3
     assert sentence("fleet-more", {"count": 2}) in text_of(browser.get("/").text)
 

@@ -370,7 +370,8 @@ def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
             else fleet.serial_engine()
         )
         done = fleet.do_nights(registry, jobs, engine, report=progress)
-    named = sum(one.named for one in registry.judge(asked))
+    judged = registry.judge(asked)
+    named = sum(one.named for one in judged)
     said = [f"{name}: {text_of(message)}" for name, message in done.unread.items()]
     show(
         [
@@ -380,12 +381,19 @@ def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
                 for key in ("asked", "stored", "not_shipped", "set_aside")
             ),
             Value("unread", said, "not read"),
+            *_few(len(judged)),
             Value("named", named),
             f"named {named} machine{'s' * (named != 1)}",
         ],
         arguments.json,
     )
     return 1 if done.set_aside or said else 0
+
+
+def _few(count: int) -> list[str]:
+    """Return what is said where too few machines have a night of a day to be compared."""
+    values = {"count": count, "least": fleet.SISTERS}
+    return [sentence("fleet-few", values)] if 0 < count < fleet.SISTERS else []
 
 
 def _show(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
@@ -404,6 +412,7 @@ def _show(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     parts: list[Part] = [
         Value("day", when),
         Value("without", without, f"without a night of {when}" if without else None),
+        *_few(len(known)),
         Table("Named, the surest first", [_named(one) for one in named], key="named", words=4),
         *(f"{j.machine}: {sentence_of(j.evidence[0])} {remedy_of(j.evidence[0])}" for j in named),
         Table(f"Nights of {when or 'no day yet'}, the worst first", rows, key="nights", words=4),

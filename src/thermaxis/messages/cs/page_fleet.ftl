@@ -3,6 +3,7 @@
 common-page_fleet = Stroje
 fleet-title = Noc na { $day }
 fleet-no_nights = Zatím žádná noc
+fleet-few = Strojů s nocí tohoto dne: { $count }. Méně než { $least } se posuzuje jen podle vlastní minulosti.
 fleet-named = K prohlédnutí: { $count } z { $all } strojů
 fleet-quiet = Ostatní: { $count }
 fleet-more = Dalších { $count }: vyberte podle druhu nebo jména.

@@ -3,6 +3,7 @@
 common-page_fleet = Flotte
 fleet-title = Nacht zum { $day }
 fleet-no_nights = Es gibt noch keine Nacht
+fleet-few = Maschinen mit einer Nacht dieses Tages: { $count }. Weniger als { $least } werden allein an ihrer eigenen Vergangenheit beurteilt.
 fleet-named = Anzusehen: { $count } von { $all } Maschinen
 fleet-quiet = Die übrigen: { $count }
 fleet-more = { $count } weitere: nach Art oder Name auswählen.

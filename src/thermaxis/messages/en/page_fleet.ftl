@@ -3,6 +3,7 @@
 common-page_fleet = Fleet
 fleet-title = Night of { $day }
 fleet-no_nights = No night has been done yet
+fleet-few = Machines with a night of the day: { $count }. Fewer than { $least } are judged by their own past alone.
 fleet-named = To look at: { $count } of { $all } machines
 fleet-quiet = The others: { $count }
 fleet-more = { $count } more: choose by kind or name.
