@@ -66,7 +66,7 @@ CAUSES: Final = {
 SENSOR_CAUSES: Final = frozenset({Cause.SENSOR_FROZEN, Cause.SENSORS_SWAPPED, Cause.SENSOR_OFFSET})
 """Nothing that was learnt from sensors named so is accepted."""
 LEAST: Final = {
-    SignKind.SWAP: 0.5,
+    SignKind.SWAP: 0.75,
     SignKind.LEVEL: 0.5,
     SignKind.GAIN: 0.1,
     SignKind.TIME_CONSTANT: 0.12,
@@ -97,8 +97,8 @@ _PRIOR, _FAR = 4.0, 3.0
 _NORMAL_MEDIAN, _NORMAL_90 = 1.4826, 1.6449
 _STAYS = 0.3
 """Of a departure so much may still be there on the last night. [1]"""
-_MOST: Final = {SignKind.GAIN: 1.0, SignKind.TIME_CONSTANT: 1.4}
-"""No machine changes by more: it is something else. [1]"""
+_MOST: Final = {SignKind.SWAP: 1.5, SignKind.GAIN: 1.0, SignKind.TIME_CONSTANT: 1.4}
+"""What departs by more is something else. [1]"""
 
 
 @final

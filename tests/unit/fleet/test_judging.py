@@ -90,6 +90,12 @@ def test_two_sensors_that_are_off_by_as_much_are_not_called_exchanged():
     assert one.causes == (Cause.SENSOR_OFFSET,)
 
 
+@pytest.mark.parametrize("departure", [0.65, 4.0])
+def test_what_lies_far_from_exchanged_sensors_is_not_called_exchanged(departure):
+    key = ("swap", "Z_um", "T_a_C,T_b_C")
+    assert named(fleet({("M7", key): [0.0, 0.0, departure, departure]}, 1)) == []
+
+
 @pytest.mark.parametrize("apart", [0.5, 3.0])
 @pytest.mark.parametrize(
     ("machines", "kind"), [(2, "mill"), (4, "mill"), (60, "mill"), (60, "own")]
