@@ -127,7 +127,7 @@ def dask_engine(
     Raises
     ------
     DataError
-        If the scheduler cannot be reached.
+        If the scheduler cannot be reached, or no certificates are stated for one of TLS.
     """
     import distributed as d  # noqa: PLC0415  it takes a second, and one computer does without
     from dask import config  # noqa: PLC0415  see above
@@ -160,6 +160,8 @@ def dask_engine(
             )
             client: Any = stack.enter_context(distributed.Client(address))
         except (OSError, ValueError, RuntimeError, TypeError) as error:  # of TLS the last two
+            if scheduler.startswith("tls:") and isinstance(error, TypeError):
+                raise DataError("scheduler_without_certificates") from error
             raise DataError("scheduler_out_of_reach", cause=str(error)) from error
         threads = sum(client.nthreads().values()) if scheduler else workers
         executor = client.get_executor(pure=False)

@@ -958,7 +958,7 @@ def _renamed(connection: sa.Connection) -> dict[str, str]:
 def _checked(url: str, *, made: bool) -> Place:
     path = check_url(url, key="REGISTRY")
     if made and path is not None and not path.is_file():
-        raise ConfigurationError("file_not_found", place=Place(str(path)))
+        raise ConfigurationError("registry_not_found", place=Place(str(path)))
     if path is not None and not path.absolute().parent.is_dir():
         raise ConfigurationError("folder_not_found", place=Place(str(path.parent)))
     return Place(str(path or url))

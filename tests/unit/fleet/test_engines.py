@@ -119,11 +119,18 @@ def test_workers_that_are_not_there_are_not_waited_for_for_ever():
         next(found)
 
 
-@pytest.mark.parametrize("url", ["nothing://x", "tls://127.0.0.1:9", "tcp://127.0.0.1:9"])
-def test_a_scheduler_that_is_not_there_or_not_as_encrypted_as_must_be_is_said(url):
+@pytest.mark.parametrize(
+    ("url", "advice"),
+    [
+        ("nothing://x", "its address"),
+        ("tls://127.0.0.1:9", "TLS__CA_FILE"),
+        ("tcp://127.0.0.1:9", "its address"),
+    ],
+)
+def test_a_scheduler_that_is_not_there_or_not_as_encrypted_as_must_be_is_said(url, advice):
     with config.set({"distributed.comm.require-encryption": True}):
         assert Security().require_encryption
-        with pytest.raises(DataError, match="cannot be reached"), dask_engine(url):
+        with pytest.raises(DataError, match=f"cannot be reached.*{advice}"), dask_engine(url):
             pass
 
 

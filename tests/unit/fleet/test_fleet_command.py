@@ -72,7 +72,7 @@ def test_the_morning_shows_sensors_and_models_that_need_a_look_before_the_others
     assert main(["fleet", *night]) == 0
     said = capsys.readouterr().out
     assert few in said
-    assert said.endswith("named 1 machine\n")
+    assert said.endswith("named 1 machine: frozen\n")
 
 
 def test_a_machine_is_shown_with_its_models_and_nights(fleet, capsys):
@@ -85,6 +85,16 @@ def test_a_machine_is_shown_with_its_models_and_nights(fleet, capsys):
     assert [one["model_sha256"] for one in shown["nights"]] == [shown["model_sha256"]]
     assert main(["fleet", "machine", "registry.db", "wrong"]) == 0
     assert "mended" in capsys.readouterr().out
+
+
+def test_a_registry_is_made_once_and_has_no_night_first(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lake").mkdir()
+    for said in ("made", "there"):
+        assert main(["fleet", "init", "r.db", "lake"]) == 0
+        assert f"The registry is {said}; its lake" in capsys.readouterr().out
+    assert main(["fleet", "show", "r.db"]) == 0
+    assert "No night has been done yet" in capsys.readouterr().out
 
 
 def test_a_person_accepts_a_proposal_and_has_its_model_to_choose_at_the_machine(fleet, capsys):
@@ -158,7 +168,7 @@ def test_another_name_of_a_machine_is_said(fleet, capsys):
         (("init", "registry.db", "no lake"), "no such folder"),
         (("init", "registry.db", "."), "--move-lake"),
         (("add", "registry.db", "good", "machine.toml"), "not a model"),
-        (("show", "nothing.db"), "no such file"),
+        (("show", "nothing.db"), "thermaxis fleet init"),
         (("machine", "registry.db", "good", "--password-file", "x"), "URL"),
     ],
 )

@@ -178,8 +178,13 @@ def run(arguments: argparse.Namespace) -> int:
         lake = arguments.lake
         if "://" not in lake:
             lake = str(Path(lake).absolute())
+        stands = "there"
+        try:
+            fleet.Registry(*address).close()
+        except ThermaxisError as error:
+            stands = "made" if error.code in {"registry_not_found", "no_registry"} else stands
         fleet.Registry.make(address[0], lake, address[1], move_lake=arguments.move_lake).close()
-        sys.stdout.write(f"The registry is there; its lake is {lake}.\n")
+        sys.stdout.write(f"The registry is {stands}; its lake is {lake}.\n")
         return 0
     actions = {"add": _add, "night": _night, "show": _show, "machine": _machine}
     actions |= {"accept": _decide, "reject": _decide, "fetch": _fetch}
@@ -371,7 +376,8 @@ def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
         )
         done = fleet.do_nights(registry, jobs, engine, report=progress)
     judged = registry.judge(asked)
-    named = sum(one.named for one in judged)
+    named = [one.machine for one in judged if one.named]
+    who = f": {', '.join(named)}" if named else ""
     said = [f"{name}: {text_of(message)}" for name, message in done.unread.items()]
     show(
         [
@@ -382,8 +388,8 @@ def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
             ),
             Value("unread", said, "not read"),
             *_few(len(judged)),
-            Value("named", named),
-            f"named {named} machine{'s' * (named != 1)}",
+            Value("named", len(named)),
+            f"named {len(named)} machine{'s' * (len(named) != 1)}{who}",
         ],
         arguments.json,
     )
@@ -411,6 +417,7 @@ def _show(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     without = [one.name for one in registry.machines() if asked and one.name not in known]
     parts: list[Part] = [
         Value("day", when),
+        *([sentence("fleet-no_nights")] if newest is None else []),
         Value("without", without, f"without a night of {when}" if without else None),
         *_few(len(known)),
         Table("Named, the surest first", [_named(one) for one in named], key="named", words=4),

@@ -7,6 +7,7 @@ which names it.
 import argparse
 import math
 import sys
+from collections import Counter
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -17,7 +18,8 @@ from thermaxis.cli._progress import Progress
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.table import parse_moment
-from thermaxis.report.tables import messages_of, values_of
+from thermaxis.messages import text_of
+from thermaxis.report.tables import Value, messages_of, values_of
 from thermaxis.runtime import EventRecord, history, read_machine
 
 
@@ -238,6 +240,13 @@ def _ship(arguments: argparse.Namespace, url: str, password: str) -> int:
     with history.HistoryReader(url, password) as reader, Progress() as progress:
         sent = fleet.ship(reader.parts(), lake, report=progress)
     text = f"{_number(sent.sent, 'part')} sent of {sent.parts}, {sent.sent_bytes / 1e6:.1f} MB"
-    parts = [text, *values_of(sent, "parts", "sent", "sent_bytes")]
-    show([*parts, *messages_of("remarks", sent.remarks, "remark")], arguments.json)
+    counts = Counter(one.code for one in sent.remarks)
+    first = {one.code: text_of(one) for one in reversed(sent.remarks)}
+    once = [first[code] + f" ({n - 1} more)" * (n > 1) for code, n in counts.items()]
+    parts = [
+        *(text, *values_of(sent, "parts", "sent", "sent_bytes")),
+        *messages_of("remarks", sent.remarks),
+        Value("", once, "remark"),
+    ]
+    show(parts, arguments.json)
     return 1 if sent.remarks else 0
