@@ -68,6 +68,7 @@ def test_the_morning_shows_sensors_and_models_that_need_a_look_before_the_others
     said = capsys.readouterr().out
     few = "Machines with a night of the day: 3. Fewer than 8 are judged by their own past alone."
     assert few in said
+    assert "touches of 2 days" in " ".join(said.split())
     assert "frozen: T_spindle gives one value while other sensors move. Look at" in said
     assert main(["fleet", *night]) == 0
     said = capsys.readouterr().out

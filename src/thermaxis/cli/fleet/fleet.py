@@ -578,7 +578,7 @@ def _row(night: fleet.StoredNight, first: str) -> list[Value]:
         Value("", str(result["outcome"]), "outcome"),
         Value("", ", ".join(str(one["place"]["channel"]) for one in sensors) or "–", "sensors"),
         Value("", "yes" if result["proposal_sha256"] else "–", "proposal"),
-        Value("", worst.get("touches"), "touches"),
+        Value("", worst.get("touches"), "touches of 2 days"),
         Value("", worst.get("rmse_um"), "left um", ".2f"),
         Value("", worst.get("mean_um"), "mean um", "+.2f"),
         Value("", worst.get("offset_mae_um"), "with touches um", ".2f"),
