@@ -264,3 +264,25 @@ def test_chips_and_another_datum_make_no_drift_likelier() -> None:
         pytest.approx(known[0], abs=0.3),
         pytest.approx(known[1], abs=0.3),
     )
+
+
+def test_a_datum_that_the_offset_followed_is_told_and_no_drift_is_taken_from_it() -> None:
+    plan = TouchPlan(channels={"Z_um": "probe_um"})
+    plan = replace(plan, rules=replace(plan.rules, gate=30.0))  # so wide that none is excluded
+    log = walked(6600, 0.3, step_um=35.0)
+    found, said = touched(log, plan), remarks(log, plan)
+    assert (found.excluded, found.interval_s) == (0, None)
+    (moved,) = said["remark-touches_datum"].values["touches"]
+    assert isinstance(moved, Message)
+    assert moved.values["at_h"] == 55.0
+    assert moved.values["um"] == pytest.approx(35.0, abs=3.0)
+    assert not {"remark-touches_worse", "remark-touches_beyond"} & said.keys()
+    assert "remark-touches_datum" not in remarks(walked(6600, 0.3), plan)
+
+
+def test_touches_of_the_wrong_sign_are_not_blamed_on_a_datum_alone() -> None:
+    log, plan = walked(6000, 0.05), TouchPlan(channels={"Z_um": "probe_um"})
+    plan = replace(plan, rules=replace(plan.rules, confirm_s=600.0))
+    wrong = replace(log, columns={**log.columns, "probe_um": -log.column("probe_um")})
+    assert "remark-touches_contradict" in remarks(wrong, plan)
+    assert "remark-touches_contradict" not in remarks(log, plan)

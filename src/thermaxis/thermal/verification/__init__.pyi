@@ -4,6 +4,10 @@ from ._baselines import (
     BaselineModel as BaselineModel,
     fit_baseline as fit_baseline,
 )
+from ._far_touches import (
+    SPARSE as SPARSE,
+    far_touches as far_touches,
+)
 from ._free_run import (
     SimulatedLog as SimulatedLog,
     SimulatedOutput as SimulatedOutput,
@@ -31,7 +35,6 @@ from ._touched_run import (
 )
 from ._verification import (
     OUTSIDE_SHARE as OUTSIDE_SHARE,
-    SPARSE as SPARSE,
     MeasuredOutput as MeasuredOutput,
     Verification as Verification,
     VerificationFigures as VerificationFigures,

@@ -134,6 +134,8 @@ class TouchFigures:
     far: tuple[tuple[float, float], ...]
     """Since when, in the first of those that were excluded one after the other, and by how much
     they are off: the longest such runs first. [s, µm]"""
+    moved: tuple[tuple[float, float], ...] = ()
+    """Since when touches of a column show another datum, and by how much. [s, µm]"""
 
     @property
     def interval_s(self) -> float | None:
@@ -141,10 +143,15 @@ class TouchFigures:
 
         None where that is not known, or many touches were excluded; as `touch_interval_s`. [s]
         """
-        if self.likely is None or self.many_excluded:
+        if self.likely is None or self.tell_little:
             return None
         interval_s = touch_interval_s(self.likely, self.wanted_um)
         return interval_s if math.isinf(interval_s) else min(interval_s, self.told_s)
+
+    @property
+    def tell_little(self) -> bool:
+        """Whether they tell no drift: many were excluded, or a datum was set anew among them."""
+        return self.many_excluded or bool(self.moved)
 
     @property
     def many_excluded(self) -> bool:

@@ -14,6 +14,7 @@ from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log import REFERENCE_S, ThermalLog
 from thermaxis.thermal.transfer_function import held
+from thermaxis.thermal.verification._far_touches import SPARSE, far_touches
 from thermaxis.thermal.verification._free_run import (
     SimulatedLog,
     model_columns,
@@ -43,8 +44,9 @@ OUTSIDE_SHARE = 0.05
 """Share of the rows outside the training range from which on a warning is given. [1]"""
 OUTSIDE_WIDTH = 0.01
 """Less than this share of the training range is the noise at its edge. [1]"""
-SPARSE = 0.5
-"""No larger share of the rows is measured where a log has touches in place of a record. [1]"""
+MOST_CONTRADICT = 0.5
+"""Where more of the touches than this share are excluded, their sign, unit or clock may be wrong.
+[1]"""
 MOST_NAMED = 4
 """So many far touches, or runs of them, are named. [1]"""
 LEAST_WITHIN, SURE = 0.85, 3.0
@@ -425,7 +427,12 @@ def _touch_remarks(
         named = tuple(far_message(log, *one) for one in far[:MOST_NAMED])
         code = "remark-touches_excluded" if found.many_excluded else "remark-touches_far"
         yield Message(code, {**values, "far": named})
-    if likely is not None and not found.many_excluded:
+    if found.excluded > MOST_CONTRADICT * found.touches:
+        yield Message("remark-touches_contradict", channel)
+    if found.moved:
+        named = tuple(far_message(log, *one) for one in found.moved[:MOST_NAMED])
+        yield Message("remark-touches_datum", {**channel, "touches": named})
+    if likely is not None and not found.tell_little:
         errors = found.with_offset.mae_um, found.free_run.mae_um
         wide = likely.drift_um_per_root_h < own.drift_um_per_root_h
         code = "remark-touches_worse" if wide and errors[0] > errors[1] else ""
@@ -533,7 +540,7 @@ def _verify_output(
         start_rows=0 if asked.start is LogStart.STEADY else int(np.sum(known)),
         limited=limited,
         touched=_touched(
-            asked, log, entry, measured, zero_um, rest.displacement_um[at_start], counted
+            asked, log, entry, measured, zero_um, rest.displacement_um[at_start], counted, inputs
         ),
     )
 
@@ -546,6 +553,7 @@ def _touched(
     zero_um: float,
     begun_um: FloatArray,
     counted: NDArray[np.bool_],
+    inputs: FloatArray,
 ) -> TouchFigures | None:
     """Return what touches are worth for an output; None where it is not touched.
 
@@ -559,7 +567,7 @@ def _touched(
     else:
         number = [one.channel for one in asked.measured].index(entry.channel)
         touched = np.random.default_rng((plan.seed, number)).normal(measured, plan.rules.noise_um)
-    return touched_run(
+    found = touched_run(
         plan,
         replace(
             asked.model, outputs=tuple(o for o in asked.model.outputs if o.name == entry.output)
@@ -570,6 +578,11 @@ def _touched(
         diameter_mm=entry.diameter_mm,
         reference_s=asked.reference_s,
     )
+    if plan.by_itself:
+        return found
+    since_s = log.time_s[~np.isnan(touched)]
+    moves = far_touches(log.time_s, inputs, touched)[1]
+    return replace(found, moved=tuple((float(since_s[k]), um) for k, um in sorted(moves.items())))
 
 
 def _first_of(inputs: FloatArray, at_start: NDArray[np.bool_]) -> FloatArray:
