@@ -286,3 +286,9 @@ def test_touches_of_the_wrong_sign_are_not_blamed_on_a_datum_alone() -> None:
     wrong = replace(log, columns={**log.columns, "probe_um": -log.column("probe_um")})
     assert "remark-touches_contradict" in remarks(wrong, plan)
     assert "remark-touches_contradict" not in remarks(log, plan)
+
+
+def test_an_input_that_stands_beside_touches_hinders_nothing() -> None:
+    log = walked(1800, 0.3)
+    still = replace(log, columns={**log.columns, "T_C": np.full(log.rows, 23.0)})
+    assert touched(still, TouchPlan(channels={"Z_um": "probe_um"})).touches > 20

@@ -48,7 +48,7 @@ def far_touches(
     Parameters
     ----------
     time_s, u, touched_um : array
-        Times, (n,), inputs, (n, k), and touches, (n,), NaN in most rows. [s, K, µm]
+        Times, (n,), inputs about 0, (n, k), and touches, (n,), NaN in most rows. [s, K, µm]
     """
     rows = np.flatnonzero(~np.isnan(touched_um))
     if not FEWEST <= rows.size <= SPARSE * touched_um.size:

@@ -581,7 +581,7 @@ def _touched(
     if plan.by_itself:
         return found
     since_s = log.time_s[~np.isnan(touched)]
-    moves = far_touches(log.time_s, inputs, touched)[1]
+    moves = far_touches(log.time_s, inputs - _first_of(inputs, counted), touched)[1]
     return replace(found, moved=tuple((float(since_s[k]), um) for k, um in sorted(moves.items())))
 
 
