@@ -126,7 +126,14 @@ def test_the_pages_say_marks_uncertainty_budget_and_cases(tmp_path: Path) -> Non
     html = pages[1].read_text(encoding="utf-8")
     assert "<log>" not in html
     assert "T_<room>" not in html
-    for said in ("[V]", "[M]", "k = 2", "in force: 60 min", "left by the model: 60 min", "sampling"):
+    for said in (
+        "[V]",
+        "[M]",
+        "k = 2",
+        "in force: 60 min",
+        "left by the model: 60 min",
+        "sampling",
+    ):
         assert said in html, said
     pdf = pypdfium2.PdfDocument(pages[0])
     text = "".join(page.get_textpage().get_text_bounded() for page in pdf)
