@@ -1,7 +1,7 @@
 """What a night of a fleet costs: processor time and memory of one, engine, registry.
 
-python benchmarks/fleet_nights.py            7 days of minutes, 20 nights
-python benchmarks/fleet_nights.py 60 2       60 nights, on two workers of Dask as well
+python -m benchmarks.fleet_nights        7 days of minutes, 20 nights
+python -m benchmarks.fleet_nights 60 2       60 nights, on two workers of Dask as well
 """
 
 import resource
@@ -27,7 +27,6 @@ from thermaxis.fleet import (
 )
 
 BACK, ROWS = 6, 20_000
-machines.DAYS = BACK + 1
 LAST = machines.FIRST + timedelta(days=BACK)
 
 
@@ -38,9 +37,12 @@ def nothing(job: int) -> int:
 def main(nights: int, workers: int) -> None:
     folder = Path(tempfile.mkdtemp(prefix="fleet_nights"))
     (folder / "lake").mkdir()
-    machines.shipped(folder / "m", folder / "lake", "M", machines.Truth(), machines.DAYS)
+    truth = machines.Truth(days=BACK + 1)
+    machines.shipped(folder / "m", folder / "lake", "M", truth, truth.days)
     jobs = [NightJob(machines.machine_of("M"), LAST, BACK, str(folder / "lake"))] * nights
-    work(jobs[0])
+    first = work(jobs[0])
+    if first is None or first.outcome is not NightOutcome.VERIFIED:
+        raise SystemExit("the night was not verified: nothing is measured")
     begin_s, read_s = time.process_time(), 0.0
     for _ in jobs[:5]:
         Lake(str(folder / "lake")).minutes("M", LAST, BACK)
