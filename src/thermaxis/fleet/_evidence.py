@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import date
 from math import expm1, sqrt
-from typing import Any, Final, cast, final
+from typing import Final, final
 
 from thermaxis.fleet._judging import CAUSES, GROWS, JUDGED_DAYS, LEAST, Cause, Judgement
 from thermaxis.fleet._night import StoredNight
-from thermaxis.fleet._signs import SignKind
+from thermaxis.fleet._signs import SignKind, figure_of
 
 _SHARES: Final[Mapping[SignKind, Callable[[float], float]]] = {
     SignKind.SWAP: lambda share: 100.0 * share,
@@ -75,31 +75,22 @@ def evidence_of(judgement: Judgement, nights: Iterable[StoredNight]) -> list[Evi
 def _evidence(
     nights: Iterable[StoredNight], cause: Cause, kind: SignKind, of: str, output: str
 ) -> Evidence | None:
-    signs: dict[date, Mapping[str, Any]] = {}
+    figures: dict[date, tuple[float, float, float]] = {}
     for night in nights:
-        every = cast("Iterable[Mapping[str, Any]]", night.result.get("signs", ()))
-        same = [s for s in every if s["sign"] == kind and (s["of"] or s["output"]) == of]
-        same.sort(key=lambda sign: sign["output"] != output)
-        if same:
-            signs[night.day] = same[0]
+        found = figure_of(night.result, kind, output, of)
+        if found is not None:
+            figure, anew = found
+            if anew:  # the zero is another one: what was before tells nothing
+                figures.clear()
+            figures[night.day] = figure
     least = LEAST[kind]
     most = least * sqrt(JUDGED_DAYS)
-    if not any(sign["std"] <= most for sign in signs.values()):
+    if not any(std <= most for _, std, _ in figures.values()):
         return None
-    departures, level = list[float](), 0.0
-    first = next(iter(signs.values()))
-    for sign in signs.values():
-        if kind is SignKind.MEAN:  # the zero of a free run is another one each night
-            level += sign["value"] - (sign["before"] if departures else 0.0)
-        else:
-            level = sign["value"] - first["before"]
-        departures.append(level)
     scaled = _SHARES.get(kind, float)
-    told = [
-        (day, level, 2.0 * sign["std"])
-        for (day, sign), level in zip(signs.items(), departures, strict=True)
-        if sign["std"] <= most
-    ]
+    _, _, past = next(iter(figures.values()))
+    told = [(day, value - past, 2.0 * std) for day, (value, std, _) in figures.items()
+            if std <= most]  # fmt: skip
     return Evidence(
         *(cause, of, _UNITS.get(kind, "%")),
         days=tuple(day for day, *_ in told),

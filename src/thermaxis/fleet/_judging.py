@@ -8,7 +8,7 @@ departures is learnt from the machine itself, its sisters, and the same night.
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, timedelta
 from enum import StrEnum
@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place, Value, message_as_json, value_of_json
 from thermaxis.fleet._night import StoredNight
-from thermaxis.fleet._signs import SignKind
+from thermaxis.fleet._signs import SignKind, equations_of, without_mean
 
 _F = NDArray[np.float64]
 _B = NDArray[np.bool_]
 
 JUDGED_DAYS: Final = 14
 """Nights of so many days are judged together: what lasts longer unmended becomes the past. [1]"""
-FALSE_SHARE: Final = 0.01
+FALSE_SHARE: Final = 0.02
 """Share of the named that is expected to be named by chance. [1]"""
 SISTERS: Final = 8
 """With fewer machines of its kind a machine is compared with those of all kinds. [1]"""
@@ -74,26 +74,35 @@ LEAST: Final = {
     SignKind.REST: 0.25,
 }
 """Smaller departures are no reason to look at a machine, in the sign's unit."""
+TELLS: Final = LEAST | {SignKind.SWAP: 0.15, SignKind.GAIN: 0.05}
+"""A sign is asked where it is not less sure: on a weekend nothing tells of heat."""
 SHARES: Final = {
-    SignKind.SWAP: 0.1,
-    SignKind.LEVEL: 0.1,
-    SignKind.GAIN: 0.25,
-    SignKind.TIME_CONSTANT: 0.25,
-    SignKind.MEAN: 0.25,
-    SignKind.REST: 0.05,
+    SignKind.SWAP: 0.05,
+    SignKind.LEVEL: 0.03,
+    SignKind.GAIN: 0.07,
+    SignKind.TIME_CONSTANT: 0.38,
+    SignKind.MEAN: 0.45,
+    SignKind.REST: 0.02,
 }
 """Of what chance may name, the share of each sign: most to what is hardest to see."""
 GROWS: Final = (SignKind.SWAP, SignKind.REST)
 """Signs that count only where they grow."""
 _BY_MODEL = (Cause.SENSORS_SWAPPED, Cause.GAIN, Cause.TIME_CONSTANT)
-_LEARNT = (SignKind.LEVEL, SignKind.MEAN, SignKind.REST)
+_KNOWN: Final = {SignKind.GAIN: 0.3, SignKind.TIME_CONSTANT: 0.6}
+"""How well a model is known at least, in the sign's unit. [M]"""
 _STILL = frozenset({"log-stuck", "log-constant", "log-never_measured"})
 _WINDOWS = (1, 2, 3, 5, 8, 14)
+_DRIFTS = _WINDOWS[2:]
+"""One odd day is no drift."""
+_OF_DRIFT = range(2, len(_WINDOWS) + len(_DRIFTS))
+"""Shapes that a drift may have."""
 _WITHIN = 0.05
 """Of a machine that is named, signs that chance shows in fewer such machines are causes. [1]"""
 _INDEPENDENT = 4.0
 """Windows overlap: they count as so many at most. [1]"""
 _PRIOR, _FAR = 4.0, 3.0
+_TOLD: Final = 1e-9
+"""Of what nights say of an unknown less is rounding. [1]"""
 _NORMAL_MEDIAN, _NORMAL_90 = 1.4826, 1.6449
 _STAYS = 0.3
 """Of a departure so much may still be there on the last night. [1]"""
@@ -133,8 +142,10 @@ class _History(NamedTuple):
     """What judging reads of a machine's nights."""
 
     kind: str
-    signs: Mapping[int, _F]
-    """Value, standard deviation, that of before and its own by key, (keys, 5), by days back."""
+    signs: Mapping[int, Sequence[Mapping[str, Any]]]
+    """Figures, by days back."""
+    touched: Mapping[int, Sequence[Mapping[str, Any]]]
+    """Normal equations, by days back."""
     still: Mapping[int, frozenset[str]]
     """Channels that stand still, by days back."""
 
@@ -151,9 +162,6 @@ class _Found(NamedTuple):
     of: str
     departure: float
     back: int
-
-
-_Key = tuple[SignKind, str, str]
 
 
 def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
@@ -174,13 +182,16 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
 
     Notes
     -----
-    The departure of a sign on night i is d_i, that of its past taken off: of the first night,
-    drawn towards the sisters' as far as their pasts differ by no more than their noise. Its
-    covariance V is the variances of the nights, and that p^2 of the past in common. Of a change
-    on the last w nights with the shape a, 1 for a step and growing for a drift, least squares say
+    The touches of night i leave normal equations A_i x = b_i of what may have changed, and the
+    first night A_0, b_0 of the days before; a figure of a sensor with the standard deviation s
+    leaves A = 1/s^2, b = x/s^2. P says how well a model is known at least; where the days before
+    are as it says, A_0 counts twice, but for the mean: it was learnt from as much. A change of
+    unknown j on the last w nights with the shape a, 1 for a step and growing for a drift, is by
+    least squares beside the mean, gains and time constants of the machine as it was
 
-        T = a' V^-1 d / (a' V^-1 a)
-        S^2 = 1 / (a' V^-1 a)
+        M = P + 2 A_0 + sum A_i,  v = b_0 + sum b_i,  c = sum a_i A_i e_j
+        S^2 = 1 / (sum a_i^2 A_i,jj - c' M^-1 c)
+        T = S^2 (sum a_i b_i,j - c' M^-1 v)
         z = (T - median T of the sisters) / (k S)
 
     with k the spread of z in the same window, from medians and quantiles that machines at fault do
@@ -197,22 +208,25 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
     """
     from scipy import stats  # noqa: PLC0415  scipy is slow to import
 
-    keys, histories = _histories(nights, day)
+    histories = _histories(nights, day)
     names = list(histories)
     shape = len(names), len(SignKind)
     tests, least = np.zeros(shape), np.ones(shape)
     found: dict[int, list[_Found]] = defaultdict(list)
     kinds = np.unique([history.kind for history in histories.values()], return_inverse=True)[1]
+    of_sign: dict[SignKind, list[_Rows]] = defaultdict(list)
+    for one in (*_figures_of(histories), *_touches_of(histories)):
+        of_sign[one.sign].append(one)
     for column, sign in enumerate(SignKind):
-        of, machines, table = _table([key[0] is sign for key in keys], histories)
-        if not machines.size:
+        if not of_sign[sign]:
             continue
-        told, p_values, several = _departures(sign, table, of, kinds[machines])
-        np.add.at(tests[:, column], machines, told)
-        np.minimum.at(least[:, column], machines, p_values)
-        for row, one in several.items():
-            _, output, name = keys[int(of[row])]
-            found[int(machines[row])].append(one._replace(output=output, of=name))
+        rows = _joined(of_sign[sign])
+        told, p_values, several = _departures(rows, kinds[rows.machine])
+        np.add.at(tests[:, column], rows.machine, told)
+        np.minimum.at(least[:, column], rows.machine, p_values)
+        for row, departs in several.items():
+            output, name = rows.names[int(rows.of[row])]
+            found[int(rows.machine[row])].append(departs._replace(output=output, of=name))
     tests /= [SHARES[sign] for sign in SignKind]
     p_of = np.minimum(np.min(least * np.maximum(tests, 1.0), axis=1, initial=1.0), 1.0)
     asked = np.flatnonzero(np.any(tests, axis=1))
@@ -225,8 +239,8 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
     for k, (name, history) in enumerate(histories.items()):
         q_value = q_of[k]
         sure = q_value is not None and q_value <= FALSE_SHARE
-        of_sign = dict(zip(SignKind, tests[k].tolist(), strict=True))
-        likely = [f for f in found[k] if sure and f.p_value * of_sign[f.sign] <= _WITHIN]
+        asked_of = dict(zip(SignKind, tests[k].tolist(), strict=True))
+        likely = [f for f in found[k] if sure and f.p_value * asked_of[f.sign] <= _WITHIN]
         reasons = _reasons(still.get(name, {}), likely)
         first = next(iter(reasons.values()), None)
         judged.append(
@@ -254,97 +268,230 @@ def surest_first(one: Judgement) -> tuple[object, ...]:
     return not one.named, not still, one.q_value or 0.0, -(one.cusum or 0.0), one.machine
 
 
-def _histories(nights: Iterable[StoredNight], day: date) -> tuple[list[_Key], dict[str, _History]]:
-    """Return all keys, and the nights of each machine by its model of the day."""
-    keys: dict[_Key, int] = {}
-    by_machine: dict[str, dict[int, tuple[str, str, _F, frozenset[str]]]] = defaultdict(dict)
+def _histories(nights: Iterable[StoredNight], day: date) -> dict[str, _History]:
+    """Return the nights of each machine by its model of the day."""
+    by_machine: dict[str, dict[int, StoredNight]] = defaultdict(dict)
     for night in nights:
-        back = (day - night.day).days
-        if 0 <= back < JUDGED_DAYS:
-            result = cast("Mapping[str, Any]", night.result)
-            signs = [
-                (
-                    keys.setdefault((SignKind(s["sign"]), s["output"], s["of"]), len(keys)),
-                    *(s["value"], s["std"], s["before"], s["before_std"]),
-                )
-                for s in result.get("signs", ())
-            ]
-            codes = result.get("sensor_codes", ())
-            still = frozenset(c["place"]["channel"] for c in codes if c["code"] in _STILL)
-            of = (night.kind, night.model_sha256, np.array(signs).reshape(-1, 5), still)
-            by_machine[night.machine][back] = of
-    histories: dict[str, _History] = {}
+        if 0 <= (day - night.day).days < JUDGED_DAYS:
+            by_machine[night.machine][(day - night.day).days] = night
+    found: dict[str, _History] = {}
     for name, own in by_machine.items():
-        if 0 in own:
-            kind, model = own[0][:2]
-            same = {back: one[2:] for back, one in own.items() if one[1] == model}
-            signs = {back: one[0] for back, one in same.items()}
-            histories[name] = _History(kind, signs, {back: one[1] for back, one in same.items()})
-    return list(keys), histories
+        if 0 not in own:
+            continue
+        signs, touched, still = {}, {}, {}
+        for back, night in own.items():
+            if night.model_sha256 == own[0].model_sha256:
+                result = cast("Mapping[str, Any]", night.result)
+                signs[back], touched[back] = result.get("signs", ()), result.get("touched", ())
+                codes = result.get("sensor_codes", ())
+                still[back] = frozenset(c["place"]["channel"] for c in codes if c["code"] in _STILL)
+        found[name] = _History(own[0].kind, signs, touched, still)
+    return found
 
 
-def _table(
-    asked: Sequence[bool], histories: Mapping[str, _History]
-) -> tuple[NDArray[np.intp], NDArray[np.intp], _F]:
-    """Return a row for each machine and key that is asked: key, machine, and figures by night.
+class _Equations(NamedTuple):
+    """Normal equations of nights, a row for each machine: the last night at last."""
 
-    Figures are (rows, nights, 4), the last night at last. Where nothing is known the standard
-    deviation is infinite.
+    matrix: _F
+    """Of each night, zero where there is none, (rows, nights, p, p)."""
+    vector: _F
+    before: tuple[_F, _F]
+    """Of the days before the first night."""
+
+    @classmethod
+    def of(cls, rows: int, unknowns: int) -> "_Equations":
+        """Return equations that say nothing."""
+        shape = rows, JUDGED_DAYS, unknowns
+        matrix, vector = np.zeros((*shape, unknowns)), np.zeros(shape)
+        return cls(matrix, vector, (matrix[:, 0].copy(), vector[:, 0].copy()))
+
+
+class _Changes(NamedTuple):
+    """Least squares of what has changed, a row for each machine and unknown."""
+
+    size: _F
+    """T of each shape, (rows, shapes)."""
+    std: _F
+    """S, infinite where nothing is known."""
+    last: _F
+    """By how much the last night alone departs from the machine as it was, (rows, shapes)."""
+    last_std: _F
+    """Its standard deviation, infinite where that night says nothing, (rows,)."""
+    each: _F
+    """How far each night departs from those before it, in standard deviations, (rows, nights); NaN
+    where it says nothing."""
+
+    def of(self, unknown: int) -> "_Changes":
+        """Return the rows of one unknown, where each has a row of its own."""
+        return _Changes(*(one[:, unknown] for one in self))
+
+
+class _Rows(NamedTuple):
+    """The changes of one sign."""
+
+    sign: SignKind
+    names: Sequence[tuple[str, str]]
+    """Outputs with part or channel."""
+    of: NDArray[np.intp]
+    """Which of the names a row has."""
+    machine: NDArray[np.intp]
+    changes: _Changes
+
+
+_SHAPES = np.array(
+    [
+        *(np.arange(JUDGED_DAYS) >= JUDGED_DAYS - w for w in _WINDOWS),
+        *(np.maximum(np.arange(JUDGED_DAYS) - JUDGED_DAYS + w + 0.5, 0.0) / w for w in _DRIFTS),
+    ],
+    dtype=np.float64,
+)
+
+
+def _changes(equations: _Equations, base: int, prior: _F) -> _Changes:
+    """Return the changes of each row and unknown, (rows, p, ...); see `judge`.
+
+    The first unknowns, as many as `base`, are those of the machine as it was, with the precision
+    `prior`.
     """
-    every = [history.signs for history in histories.values()]
-    found = [rows for signs in every for rows in signs.values()]
-    values, counts = np.concatenate([np.zeros((0, 5)), *found]), [len(rows) for rows in found]
-    machine = np.repeat([k for k, signs in enumerate(every) for _ in signs], counts).astype(np.intp)
-    back = np.repeat([back for signs in every for back in signs], counts).astype(np.intp)
-    key = values[:, 0].astype(np.intp)
-    own = np.flatnonzero(np.asarray(asked, bool)[key])
-    pairs, row = np.unique(key[own] * len(every) + machine[own], return_inverse=True)
-    table = np.zeros((pairs.size, JUDGED_DAYS, 4))
-    table[:, :, 1] = np.inf
-    table[row, JUDGED_DAYS - 1 - back[own]] = values[own, 1:]
-    return *np.divmod(pairs, len(every)), table
+    matrix, vector, (before, before_vector) = equations
+    known = np.diag(prior) + (np.cumsum(matrix, axis=1) + before[:, None])[..., :base, :base]
+    inverse = np.asarray(np.linalg.inv(known), np.float64)  # (rows, nights, a, b)
+    was = (np.cumsum(vector, axis=1) + before_vector[:, None])[..., :base]
+    was = np.einsum("rnab,rnb->rna", inverse, was)
+    own = np.einsum("rnjj->rjn", matrix)
+    c = np.einsum("rnaj->rjna", matrix[:, :, :base])
+    night = own - np.einsum("rjna,rnab,rjnb->rjn", c, inverse, c, optimize=True)
+    each = np.einsum("rnj->rjn", vector) - np.einsum("rjna,rna->rjn", c, was)
+    told = night > _TOLD * own
+    each = np.where(told, each, np.nan) / np.sqrt(np.where(told, night, 1.0))
+    inverse, was = inverse[:, -1], was[:, -1]
+    of_shape = np.einsum("kn,rjna->rjka", _SHAPES, c)
+    solved = np.einsum("rjka,rab->rjkb", of_shape, inverse, optimize=True)
+    of_own = np.einsum("kn,rjn->rjk", _SHAPES**2, own)
+    total = of_own - np.einsum("rjka,rjka->rjk", solved, of_shape)
+    size = np.einsum("kn,rnj->rjk", _SHAPES, vector) - np.einsum("rjka,ra->rjk", of_shape, was)
+    seen = total > _TOLD * of_own
+    total = np.where(seen, total, 1.0)
+    size = np.where(seen, size / total, 0.0)
+    as_it_was = was[:, None, None] - solved * size[..., None]
+    last = vector[:, -1, :, None] - np.einsum("rja,rjka->rjk", c[:, :, -1], as_it_was)
+    said = own[..., -1] > 0.0
+    weight = np.where(said, own[..., -1], 1.0)
+    return _Changes(
+        size,
+        np.where(seen, total**-0.5, np.inf),
+        last / weight[..., None],
+        np.where(said, weight**-0.5, np.inf),
+        each,
+    )
 
 
-def _departures(
-    sign: SignKind, table: _F, of: NDArray[np.intp], kinds: NDArray[np.intp]
-) -> tuple[_B, _F, dict[int, _Found]]:
+def _figures_of(histories: Mapping[str, _History]) -> Iterator[_Rows]:
+    """Yield the changes of the figures of sensors and innovations."""
+    keys: dict[tuple[str, str, str], dict[tuple[int, int], Sequence[float]]] = defaultdict(dict)
+    for machine, history in enumerate(histories.values()):
+        for back, signs in history.signs.items():
+            for one in signs:
+                figures = one["value"], one["std"], one["before"], one["before_std"]
+                keys[one["sign"], one["output"], one["of"]][machine, back] = figures
+    for (sign, output, of), rows in keys.items():
+        at = np.array(list(rows))
+        machines, row = np.unique(at[:, 0], return_inverse=True)
+        night, first = JUDGED_DAYS - 1 - at[:, 1], np.zeros(machines.size, np.intp)
+        np.maximum.at(first, row, at[:, 1])
+        value, std, before, before_std = np.array(list(rows.values())).T
+        # the spread of a few days is known badly: shrunk towards the sisters'
+        weight, weight_before = (2.0 / (each**2 + np.median(each**2)) for each in (std, before_std))
+        found = _Equations.of(machines.size, 1)
+        found.matrix[row, night, 0, 0], found.vector[row, night, 0] = weight, weight * value
+        begin = at[:, 1] == first[row]
+        found.before[0][row[begin], 0, 0] = weight_before[begin]
+        found.before[1][row[begin], 0] = (weight_before * before)[begin]
+        changes = _changes(found, 1, np.zeros(1)).of(0)
+        zero = np.zeros(machines.size, np.intp)
+        yield _Rows(SignKind(sign), [(output, of)], zero, machines, changes)
+
+
+def _touches_of(histories: Mapping[str, _History]) -> Iterator[_Rows]:
+    """Yield the changes of what touches tell."""
+    groups: dict[tuple[str, tuple[tuple[str, str], ...]], dict[int, dict[int, Any]]]
+    groups = defaultdict(lambda: defaultdict(dict))
+    for machine, history in enumerate(histories.values()):
+        for back, touched in history.touched.items():
+            for one in touched:
+                columns = tuple((kind, of) for kind, of in one["columns"])
+                groups[one["output"], columns][machine][back] = one
+    for (output, columns), machines in groups.items():
+        found = _Equations.of(len(machines), len(columns))
+        for row, nights in enumerate(machines.values()):
+            datum = min((back for back, one in nights.items() if one["datum_set"]), default=None)
+            for back, one in nights.items():
+                older = datum is not None and back > datum
+                k = row, JUDGED_DAYS - 1 - back
+                found.matrix[k], found.vector[k] = equations_of(one["day"], mean=not older)
+                if back == max(nights):
+                    past = equations_of(one["before"], mean=datum is None)
+                    found.before[0][row], found.before[1][row] = past
+        kinds = [SignKind(kind) for kind, _ in columns]
+        base = sum(kind is SignKind.MEAN or kind in _KNOWN for kind in kinds)
+        prior = np.array([_KNOWN.get(kind, np.inf) for kind in kinds[:base]]) ** -2.0 + 1e-9
+        changes = _changes(_with_what_model_learnt(found, base, prior), base, prior)
+        of = np.array(list(machines), np.intp)
+        for j, (kind, (_, name)) in enumerate(zip(kinds, columns, strict=True)):
+            yield _Rows(kind, [(output, name)], np.zeros_like(of), of, changes.of(j))
+
+
+def _with_what_model_learnt(found: _Equations, base: int, prior: _F) -> _Equations:
+    """Count the days before twice, but for the mean: the model was learnt from as much.
+
+    Not where they say that it is another machine: its past is its own.
+    """
+    matrix, vector = without_mean(*found.before)
+    known = np.asarray(np.linalg.inv(matrix[:, :base, :base] + np.diag(prior)), np.float64)
+    own = vector[:, :base]
+    far = np.einsum("ra,rab,rb->r", own, known, own, optimize=True) > _FAR**2 * base
+    matrix[far] = 0.0
+    return found._replace(before=(found.before[0] + matrix, found.before[1]))
+
+
+def _joined(several: Sequence[_Rows]) -> _Rows:
+    """Return all rows of a sign."""
+    return _Rows(
+        several[0].sign,
+        [one.names[0] for one in several],
+        np.concatenate([one.of + k for k, one in enumerate(several)]),
+        np.concatenate([one.machine for one in several]),
+        _Changes(*map(np.concatenate, zip(*(one.changes for one in several), strict=True))),
+    )
+
+
+def _departures(rows: _Rows, kinds: NDArray[np.intp]) -> tuple[_B, _F, dict[int, _Found]]:
     """Return which rows are asked, how probably chance departs so far, and what departs."""
     from scipy.special import ndtr  # noqa: PLC0415  scipy is slow to import
 
-    rows, count = np.arange(len(table)), len(table)
-    known = np.isfinite(table[:, :, 1])
-    first, last = np.argmax(known, axis=1), JUDGED_DAYS - 1 - np.argmax(known[:, ::-1], axis=1)
-    departure, std, past = _from_past(sign, table, first, of, kinds)
-    weight = std**-2.0
-    total = 1.0 + past**2 * np.sum(weight, axis=1)
-    squares = departure**2 / (std**2 + past[:, None] ** 2)
-    shapes = [(w, np.ones(w)) for w in _WINDOWS]
-    if sign is SignKind.MEAN:
-        shapes = [*shapes[2:], *((w, (np.arange(w) + 0.5) / w) for w in _WINDOWS[2:])]
+    sign, of, count = rows.sign, rows.of, len(rows.of)
+    size, std, last, last_std, each = rows.changes
+    known = ~np.isnan(each)
     asked = np.zeros(count, bool)
     best = np.zeros((count, 3))  # z, departure, window
-    every = np.zeros((count, len(shapes)))
-    for number, (w, shape) in enumerate(shapes):
-        g = shape * weight[:, -w:]
-        level = past**2 * np.sum(g, axis=1) / total
-        m = np.sum(shape * g, axis=1) - level * np.sum(g, axis=1)
-        seen = m > 0.0
-        m = np.where(seen, m, 1.0)
-        t = np.sum(g * departure[:, -w:], axis=1) - level * np.sum(weight * departure, axis=1)
-        t, s = t / m, m**-0.5
+    every = np.zeros((count, len(_SHAPES)))
+    for number in _OF_DRIFT if sign is SignKind.MEAN else range(len(_WINDOWS)):
+        w = (*_WINDOWS, *_DRIFTS)[number]
+        t, s = size[:, number], std[:, number]
+        seen = np.isfinite(s)
         beyond, spread = _beside_sisters(t, s, of, kinds, seen)
         formal = beyond / s
-        own = np.sum(np.minimum(squares[:, :-w], (_FAR * spread[:, None]) ** 2), axis=1)
+        own = np.nansum(np.minimum(each[:, :-w] ** 2, (_FAR * spread[:, None]) ** 2), axis=1)
         own = (_PRIOR * spread**2 + own) / (_PRIOR + np.sum(known[:, :-w], axis=1))
         z = formal / np.maximum(spread, np.sqrt(own))
-        seen &= s <= LEAST[sign]
-        if sign is SignKind.MEAN:  # one odd day is no drift
-            seen &= np.count_nonzero(known[:, -w:], axis=1) >= _WINDOWS[2]
+        seen &= s <= TELLS[sign]
+        if sign is SignKind.MEAN:
+            seen &= np.count_nonzero(known[:, -w:], axis=1) >= _DRIFTS[0]
         asked |= seen
         better = seen & (np.abs(z) > np.abs(best[:, 0])) & (np.abs(beyond) >= LEAST[sign])
         better &= np.abs(beyond) <= _MOST.get(sign, np.inf)
         # what has gone since is no reason any more
-        better &= np.sign(t) * departure[rows, last] + 2.0 * std[rows, last] >= _STAYS * np.abs(t)
+        better &= np.sign(t) * last[:, number] + 2.0 * last_std >= _STAYS * np.abs(t)
         if sign in GROWS:
             better &= beyond > 0.0
         if sign is SignKind.SWAP:  # the likelihood of 1 against 0
@@ -354,54 +501,13 @@ def _departures(
         best = np.where(better[:, None], candidate, best)
     windows = np.minimum(np.sum(known, axis=1), _INDEPENDENT)
     p_values = np.minimum(2.0 * ndtr(-np.abs(best[:, 0])) * windows, 1.0)
-    back = np.minimum(best[:, 2] - 1, JUDGED_DAYS - 1 - first)
+    back = np.minimum(best[:, 2] - 1, JUDGED_DAYS - 1 - np.argmax(known, axis=1))
     found: dict[int, _Found] = {}
     for k in np.flatnonzero(best[:, 2]).tolist():
         z, beyond, _ = best[k].tolist()
         formal = tuple(np.abs(every[k]).tolist())
         found[k] = _Found(float(p_values[k]), z, formal, sign, "", "", beyond, int(back[k]))
     return asked, p_values, found
-
-
-def _from_past(
-    sign: SignKind,
-    table: _F,
-    first: NDArray[np.intp],
-    of: NDArray[np.intp],
-    kinds: NDArray[np.intp],
-) -> tuple[_F, _F, _F]:
-    """Return departures from the past by night, their standard deviations, and that of the past."""
-    rows = np.arange(len(table))
-    value, std, before, before_std = np.moveaxis(table, 2, 0)
-    known, past = np.isfinite(std), before_std[rows, first]
-    if sign in _LEARNT:  # the spread of a few days is known badly: shrunk towards the sisters'
-        std = np.sqrt(0.5 * (std**2 + np.median(std[known] ** 2)))
-        past = np.sqrt(0.5 * (past**2 + np.median(past**2)))
-    if sign is SignKind.MEAN:
-        return _levels(value, before, known), std, past
-    base, seen = before[rows, first], known.any(axis=1)
-    apart, spread = _beside_sisters(base, past, of, kinds, seen)
-    # a past no farther from the sisters' than its noise is theirs; another one is its own
-    drawn = (np.bincount(of[seen], minlength=of.max() + 1)[of] >= SISTERS) & (
-        np.abs(apart) <= _FAR * spread * past
-    )
-    share = np.where(drawn, spread**-2.0, 0.0)
-    base, past = base - share * apart, past * np.sqrt(1.0 - share)
-    return np.where(known, value - base[:, None], 0.0), std, past
-
-
-def _levels(value: _F, before: _F, known: _B) -> _F:
-    """Return a mean residual by night against the past of the first, from night to night.
-
-    The zero of a free run is another one each night; the mean of the night before has the same.
-    """
-    level, begun = np.zeros(len(value)), np.zeros(len(value), bool)
-    levels = np.zeros_like(value)
-    for k in range(JUDGED_DAYS):
-        more = np.where(begun, level + value[:, k] - before[:, k], value[:, k])
-        level, begun = np.where(known[:, k], more, level), begun | known[:, k]
-        levels[:, k] = level
-    return levels
 
 
 def _beside_sisters(

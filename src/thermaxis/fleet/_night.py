@@ -15,7 +15,7 @@ from thermaxis.codes import Message, Place, message_as_json, remark
 from thermaxis.compensation import CompensationModel, Provenance, TrainingLog
 from thermaxis.errors import DataError
 from thermaxis.files import model_sha256
-from thermaxis.fleet._signs import Sign, signs_of
+from thermaxis.fleet._signs import Sign, TouchedDay, signs_of
 from thermaxis.runtime import DATUM, probe_name
 from thermaxis.runtime.history import DATUM_SET, MINUTE, input_column, output_column
 from thermaxis.thermal import (
@@ -104,6 +104,8 @@ class NightResult:
     """The model that is proposed in place of the one in force; None where it stays."""
     signs: tuple[Sign, ...] = ()
     """Figures by which causes are told apart when machines are judged."""
+    touched: tuple[TouchedDay, ...] = ()
+    """The same of outputs with touches, as least squares."""
     last_id: int = 0
     """Id of the last cycle of the day that the lake had; 0 where the night failed. [1]"""
 
@@ -137,6 +139,7 @@ def night_as_json(result: NightResult) -> dict[str, object]:
         "remark_codes": [message_as_json(one) for one in result.remarks],
         "relearn_codes": [message_as_json(one) for one in result.relearned],
         "signs": [asdict(one) for one in result.signs],
+        "touched": [asdict(one) for one in result.touched],
         "proposal_sha256": None if result.proposal is None else model_sha256(result.proposal),
     }
 
@@ -195,7 +198,8 @@ def night(
         anew = (table[DATUM_SET].fill_null(0) > 0).cast(pl.Float64).to_numpy()
         log = replace(log, columns={**log.columns, DATUM: anew}, units={**log.units, DATUM: ""})
     touched = {name: _touched_rows(log, name) for name in measured}
-    judged = replace(judged, signs=signs_of(log, model, touched, day_rows))
+    signs, days = signs_of(log, model, touched, day_rows)
+    judged = replace(judged, signs=signs, touched=days)
     try:
         outputs = {name: _output(model, log, name, day_rows) for name in measured}
         if not outputs:

@@ -1,10 +1,10 @@
-"""Figures of a night by which causes are told apart, of the day and of the days before it."""
+"""What a night says of causes: figures of the day, and least squares of its touches."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import combinations
-from typing import Final, NamedTuple, final
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ MOST_PAIRED: Final = 6
 _CLIPPED, _DELTA = 4.0, 0.25
 _MORE_UM = (0.0, 0.5, 1.0, 2.0, 4.0)
 _SIZES_UM = (0.3, 0.6, 1.0, 1.7, 3.0, 6.0, 12.0)
-_MEMORIES_S = (3600.0, 10_800.0, 32_400.0, 97_200.0)
+_MEMORIES_S = (3600.0, 7200.0, 14_400.0, 28_800.0, 86_400.0)
 
 
 @final
@@ -44,8 +44,7 @@ class SignKind(StrEnum):
     TIME_CONSTANT = "time_constant"
     """Logarithm of the factor by which it answers slower. [1]"""
     MEAN = "mean"
-    """Mean of what the free run leaves, less that of the days before; before: of the last one of
-    these. [µm]"""
+    """By how much the displacement lies beside the model, heat or not. [µm]"""
     REST = "rest"
     """Logarithm of the innovations' root mean square over their standard deviation. [1]"""
 
@@ -71,10 +70,38 @@ class Sign:
     """Its standard deviation."""
 
 
+@final
+@dataclass(frozen=True, slots=True)
+class NormalEquations:
+    """Least squares of touches: `matrix @ x = vector`, in the variance of their innovations."""
+
+    matrix: tuple[float, ...]
+    """Its upper triangle, row by row."""
+    vector: tuple[float, ...]
+    """One number per column."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class TouchedDay:
+    """What the touches of a day say of one output, beside those of the days before."""
+
+    output: str
+    """The output."""
+    columns: tuple[tuple[SignKind, str], ...]
+    """What each unknown is, and of which part or channels; the mean first."""
+    day: NormalEquations
+    """Of the day."""
+    before: NormalEquations
+    """Of the days before, as the same run has them."""
+    datum_set: bool
+    """Whether the zero is another than in the days before; what was before says nothing of it."""
+
+
 def signs_of(
     log: ThermalLog, model: CompensationModel, measured: dict[str, _I], rows: int
-) -> tuple[Sign, ...]:
-    """Return the signs of the last day of a log.
+) -> tuple[tuple[Sign, ...], tuple[TouchedDay, ...]]:
+    """Return what the last day of a log says.
 
     Parameters
     ----------
@@ -89,18 +116,24 @@ def signs_of(
 
     Returns
     -------
-    tuple of Sign
-        What can be said; nothing without days before.
+    signs : tuple of Sign
+        Figures of sensors and innovations; nothing without days before.
+    touched : tuple of TouchedDay
+        Outputs with touches enough on the day and before.
     """
     last_s = float(log.time_s[-rows])
     hour = np.floor((log.time_s - last_s) / 3600.0).astype(np.intp)
     day = hour // 24
-    found = list(_levels(log, model, hour))
+    signs, touched = list(_levels(log, model, hour)), list[TouchedDay]()
     for output in model.outputs:
         if output.name in measured:
-            alone = replace(model, outputs=(output,))
-            found += _Touched(log, alone, output, day, measured[output.name]).signs()
-    return tuple(found)
+            one = _Touched(
+                log, replace(model, outputs=(output,)), output, day, measured[output.name]
+            )
+            if one.is_enough:
+                touched.append(one.equations())
+                signs += one.rest()
+    return tuple(signs), tuple(touched)
 
 
 def _levels(log: ThermalLog, model: CompensationModel, hour: _I) -> Iterator[Sign]:
@@ -154,60 +187,76 @@ class _Touched:
         self._own_um = run.outputs[output.name].contribution_um[rows]
         self._left_um = log.column(output.name, unit="um")[rows] - self._said_um
         self._day = day[rows]
+        self._before = self._day < 0
         anew = np.flatnonzero(log.columns.get(DATUM, np.zeros(0)) == 1.0)
         self._datums = np.searchsorted(anew, rows, side="right")
-        self._names = [part.name for part in output.parts]
+        counts = np.count_nonzero(self._day == 0), np.count_nonzero(self._before)
+        self.is_enough = min(counts) >= FEWEST
+        if self.is_enough:
+            left_um, self._zero_um = self._over_level()
+            self._kept = _likeliest(log.time_s[rows], left_um, self._before)
+            self._innovations = self._kept.of(left_um)
 
-    def signs(self) -> Iterator[Sign]:
-        """Yield what touches tell."""
-        today, before = self._day == 0, self._day < 0
-        if min(np.count_nonzero(today), np.count_nonzero(before)) < FEWEST:
-            return
-        left_um = self._over_level(before)
-        kept = _likeliest(self._log.time_s[self._rows], left_um, before)
-        e = kept.of(left_um)
+    def equations(self) -> TouchedDay:
+        """Return the least squares of the touches on what changes of the model would do."""
         slower = self._run(replace(self._model, outputs=(_slower(self._output),)), self._log)
+        parts = [(part.name, k) for k, part in enumerate(self._output.parts)]
         columns = [
-            *((SignKind.GAIN, name, self._own_um[:, k]) for k, name in enumerate(self._names)),
+            (SignKind.MEAN, "", np.ones(self._rows.size)),
+            *((SignKind.GAIN, name, self._own_um[:, k]) for name, k in parts),
             *(
-                (SignKind.TIME_CONSTANT, name, slope)
-                for k, name in enumerate(self._names)
-                for slope in [(slower[1][:, k] - self._own_um[:, k]) / np.log1p(_DELTA)]
+                (SignKind.TIME_CONSTANT, name, (slower[1] - self._own_um)[:, k] / np.log1p(_DELTA))
+                for name, k in parts
             ),
             *((SignKind.SWAP, pair, other - self._said_um) for pair, other in self._swapped()),
         ]
-        steady = kept.of(np.ones_like(left_um))
-        for kind, of, column_um in columns:
-            g = kept.of(column_um - np.mean(column_um))
-            (value, std), (earlier, earlier_std) = (
-                _share(e[rows], g[rows], steady[rows]) for rows in (today, before)
-            )
-            if max(std, earlier_std) < np.inf:
-                yield Sign(kind, self._output.name, of, value, std, earlier, earlier_std)
-        yield from self._of_days(e, steady)
+        g = self._kept.of(np.column_stack([column_um for *_, column_um in columns]))
+        today = self._day == 0
+        return TouchedDay(
+            self._output.name,
+            tuple((kind, of) for kind, of, _ in columns),
+            self._summed(g, today),
+            # the run begins as if the machine had rested: its first day is not asked
+            self._summed(g, self._before & (self._day > self._day[0])),
+            datum_set=bool(np.any(np.diff(self._datums[today], prepend=self._last_before()))),
+        )
 
-    def _over_level(self, before: NDArray[np.bool_]) -> _F:
-        """Return what the model leaves over its median before the day; a datum sets it anew."""
-        left_um = self._left_um.copy()
+    def _last_before(self) -> int:
+        return int(self._datums[self._before][-1])
+
+    def _summed(self, g: _F, rows: NDArray[np.bool_]) -> NormalEquations:
+        """Return normal equations of rows; of an older datum the mean says nothing of this one."""
+        e = self._innovations + self._zero_um * g[:, 0]
+        w = _weights(self._innovations)
+        matrix, vector = np.zeros((g.shape[1],) * 2), np.zeros(g.shape[1])
+        for datum in np.unique(self._datums[rows]):
+            own = rows & (self._datums == datum)
+            a, b = (w[own] * g[own].T) @ g[own], (w[own] * g[own].T) @ e[own]
+            if datum != self._datums[-1]:
+                a, b = without_mean(a, b)
+            matrix, vector = matrix + a, vector + b
+        upper = matrix[np.triu_indices(g.shape[1])]
+        return NormalEquations(_rounded(upper), _rounded(vector))
+
+    def _over_level(self) -> tuple[_F, float]:
+        """Return what the model leaves over its median before the day, and that of the last datum.
+
+        A datum sets it anew.
+        """
+        left_um, zero_um = self._left_um.copy(), 0.0
         for datum in np.unique(self._datums):
             own = self._datums == datum
-            known = own & before
+            known = own & self._before
             few = 2 * np.count_nonzero(known) < np.count_nonzero(own) and datum > self._datums[0]
-            left_um[own] -= np.median(left_um[own if few else known])
-        return left_um
+            zero_um = float(np.median(left_um[own if few else known]))
+            left_um[own] -= zero_um
+        return left_um, zero_um
 
-    def _of_days(self, e: _F, steady: _F) -> Iterator[Sign]:
+    def rest(self) -> Iterator[Sign]:
+        """Yield how large the innovations are."""
         days = np.unique(self._day)
         days = days[[int(np.count_nonzero(self._day == d)) >= FEWEST for d in days]]
-        # the run begins as if the machine had rested: its first day is not asked
-        later = (self._day < 0) & (self._day > days[0])
-        if days[-1] == 0 and later.any():
-            was, was_std = _share(e[later], steady[later])
-            (value, std), (last, _) = (
-                _share(e[self._day == d], steady[self._day == d]) for d in (0, days[-2])
-            )
-            yield Sign(SignKind.MEAN, self._output.name, "", value - was, std, last - was, was_std)
-        far = np.minimum(np.abs(e), _CLIPPED)
+        far = np.minimum(np.abs(self._innovations), _CLIPPED)
         rest = np.array([0.5 * np.log(np.mean(far[self._day == d] ** 2) + 1e-3) for d in days])
         yield from _by_days(SignKind.REST, self._output.name, "", rest, 0.05)
 
@@ -237,14 +286,12 @@ class _Memory(NamedTuple):
     """Standard deviations of the innovations, (m,). [µm]"""
 
     def of(self, left_um: _F) -> _F:
-        """Return the innovations of what a model leaves, (m,), in their sizes. [1]"""
-        found, state = np.empty_like(left_um), 0.0
-        each = zip(left_um.tolist(), self.decay.tolist(), self.gain.tolist(), strict=True)
-        for k, (left, decay, gain) in enumerate(each):
-            state *= decay
-            found[k] = left - state
-            state += gain * found[k]
-        return found / self.std_um
+        """Return the innovations of what a model leaves, (m,) or (m, p), in their sizes. [1]"""
+        found, state = np.empty_like(left_um), np.zeros_like(left_um[0])
+        for k, (decay, gain) in enumerate(zip(self.decay, self.gain, strict=True)):
+            found[k] = left_um[k] - decay * state
+            state = decay * state + gain * found[k]
+        return found / (self.std_um if left_um.ndim == 1 else self.std_um[:, None])
 
 
 def _likeliest(time_s: _F, left_um: _F, learnt: NDArray[np.bool_]) -> _Memory:
@@ -274,16 +321,78 @@ def _likeliest(time_s: _F, left_um: _F, learnt: NDArray[np.bool_]) -> _Memory:
     return _Memory(decay, gain, np.sqrt(s_um2))
 
 
-def _share(e: _F, g: _F, steady: _F | None = None) -> tuple[float, float]:
-    """Return by what share of g innovations grow with it, beside a level, and how surely.
+def _weights(e: _F) -> _F:
+    """Return how much innovations count: far ones less."""
+    return np.minimum(1.0, _CLIPPED / np.maximum(np.abs(e), 1e-9))
 
-    Far ones weigh less.
+
+def _rounded(values: _F) -> tuple[float, ...]:
+    """Return numbers as short as they need to be: a night is stored as text."""
+    return tuple(float(f"{value:.7g}") for value in values.tolist())
+
+
+def without_mean(matrix: _F, vector: _F) -> tuple[_F, _F]:
+    """Return normal equations with a mean of their own, which says nothing, solved for.
+
+    Parameters
+    ----------
+    matrix, vector : float array
+        Normal equations, (..., p, p) and (..., p); the mean is the first column.
+
+    Notes
+    -----
+    A' = A - a a' / A_00 and b' = b - a b_0 / A_00 with the column a of the mean.
     """
-    w = np.minimum(1.0, _CLIPPED / np.maximum(np.abs(e), 1e-9))
-    if steady is not None:
-        g = g - steady * np.sum(w * steady * g) / np.sum(w * steady**2)
-    total = float(np.sum(w * g**2))
-    return (float(np.sum(w * e * g)) / total, total**-0.5) if total > 0.0 else (0.0, np.inf)
+    mean, total = matrix[..., 0], np.maximum(matrix[..., 0, 0], 1e-12)
+    matrix = matrix - mean[..., :, None] * mean[..., None, :] / total[..., None, None]
+    return matrix, vector - mean * (vector[..., 0] / total)[..., None]
+
+
+def equations_of(found: Mapping[str, Any], *, mean: bool = True) -> tuple[_F, _F]:
+    """Return stored normal equations, (p, p) and (p,), with or without what the mean says."""
+    vector = np.array(found["vector"], float)
+    upper = np.zeros((vector.size, vector.size))
+    upper[np.triu_indices(vector.size)] = found["matrix"]
+    matrix = upper + np.triu(upper, 1).T
+    return (matrix, vector) if mean else without_mean(matrix, vector)
+
+
+def figure_of(
+    result: Mapping[str, Any], kind: SignKind, output: str, of: str
+) -> tuple[tuple[float, float, float], bool] | None:
+    """Return what a stored night says of one sign alone, and whether its zero is a new one.
+
+    Parameters
+    ----------
+    result : mapping
+        The night, as JSON has it.
+    kind : SignKind
+        The sign.
+    output, of : str
+        Its output, empty for a sensor, and its part or channels, or again the output.
+
+    Returns
+    -------
+    tuple or None
+        Value, standard deviation, and that of the days before; None where it says nothing.
+    """
+    for sign in result.get("signs", ()):
+        if (sign["sign"], sign["of"] or sign["output"]) == (kind, of):
+            return (sign["value"], sign["std"], sign["before"]), False
+    for one in result.get("touched", ()):
+        columns = [(column, name or one["output"]) for column, name in one["columns"]]
+        if one["output"] == output and (kind, of) in columns:
+            k, mean = columns.index((kind, of)), kind is SignKind.MEAN
+            (a, b), (a_0, b_0) = (
+                equations_of(one[which], mean=mean) for which in ("day", "before")
+            )
+            if a[k, k] <= 0.0:
+                return None
+            anew = mean and bool(one["datum_set"])
+            value = float(b[k] / a[k, k])
+            past = float(b_0[k] / a_0[k, k]) if a_0[k, k] > 0.0 and not anew else value
+            return (value, float(a[k, k] ** -0.5), past), anew
+    return None
 
 
 def _slower(output: Output) -> Output:

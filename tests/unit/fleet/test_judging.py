@@ -25,27 +25,60 @@ FIGURES = {
 Departures = dict[tuple[str, tuple[str, str, str]], list[float]]
 
 
+TOUCHED = [key for key in FIGURES if key[0] in {"mean", "gain", "time_constant", "swap"}]
+TOUCHED.sort(key=lambda key: ("mean", "gain", "time_constant", "swap").index(key[0]))
+
+
+def equations(values: list[float], stds: list[float]) -> dict[str, list[float]]:
+    """Return the normal equations of unknowns that say nothing of each other."""
+    weight = np.array(stds) ** -2.0
+    upper = np.diag(weight)[np.triu_indices(weight.size)]
+    return {"matrix": upper.tolist(), "vector": (weight * values).tolist()}
+
+
 def fleet(departures: Departures, seed: int = 0, hot: float = 0.0) -> list[StoredNight]:
     """Return nights of machines by chance, with what departs added, on all of them if it is hot."""
     rng = np.random.default_rng(seed)
     nights: list[StoredNight] = []
-    noise: dict[tuple[str, tuple[str, str, str]], float] = {}
     for name in (f"M{k}" for k in range(MACHINES)):
         for back in range(NIGHTS - 1, -1, -1):
-            signs = []
+            value = {}
             for key, std in FIGURES.items():
                 more = departures.get((name, key), [0.0] * NIGHTS)[-1 - back]
-                value = rng.normal(more, std) + hot * std * (back == 0)
-                last = noise.get((name, key), 0.0)
-                before = last if key[0] == "mean" and back < NIGHTS - 1 else 0.0
-                noise[name, key] = value
-                sign = dict(zip(("sign", "output", "of"), key, strict=True))
-                signs.append(sign | {"value": value, "std": std, "before": before,
-                                     "before_std": std / 6**0.5})  # fmt: skip
-            result = {"signs": signs, "sensor_codes": []}
+                value[key] = rng.normal(more, std) + hot * std * (back == 0)
+            signs = [
+                dict(zip(("sign", "output", "of"), key, strict=True))
+                | {"value": value[key], "std": std, "before": 0.0, "before_std": std / 6**0.5}
+                for key, std in FIGURES.items()
+                if key not in TOUCHED
+            ]
+            stds = [FIGURES[key] for key in TOUCHED]
+            touched = {
+                "output": "Z_um",
+                "columns": [[key[0], key[2]] for key in TOUCHED],
+                "day": equations([value[key] for key in TOUCHED], stds),
+                "before": equations([0.0] * len(stds), [std / 6**0.5 for std in stds]),
+                "datum_set": False,
+            }
+            result = {"signs": signs, "touched": [touched], "sensor_codes": []}
             day = LAST - timedelta(days=back)
             nights.append(StoredNight(name, "mill", day, "a" * 64, "1", result))
     return nights
+
+
+def shift(night: StoredNight, apart: float, kinds: set[str]) -> None:
+    """Move what a night and the days before it say of signs."""
+    for sign in night.result["signs"]:
+        if sign["sign"] in kinds:
+            sign["value"] += apart
+            sign["before"] += apart
+    for one in night.result["touched"]:
+        for which in ("day", "before"):
+            k = np.flatnonzero([kind in kinds for kind, _ in one["columns"]])
+            size = len(one["columns"])
+            diagonal = np.cumsum([0, *range(size, 1, -1)])
+            for at in k:
+                one[which]["vector"][at] += apart * one[which]["matrix"][diagonal[at]]
 
 
 def named(nights: list[StoredNight]) -> list[Judgement]:
@@ -105,10 +138,7 @@ def test_a_past_that_was_always_another_than_its_sisters_names_nobody(machines, 
     for k, night in enumerate(nights):
         if night.machine == "M1":
             nights[k] = replace(night, kind=kind)
-            for sign in night.result["signs"]:
-                if sign["sign"] != "mean":
-                    sign["value"] += apart
-                    sign["before"] += apart
+            shift(night, apart, {"level", "rest", "gain", "time_constant", "mean"})
     assert named(nights) == []
 
 
@@ -146,3 +176,41 @@ def test_a_machine_without_a_night_of_the_day_is_not_judged_and_another_model_be
         for n in fleet({("M7", key): [0.3, 0.3, 0.3, 0.0]})
     ]
     assert named(old) == []
+
+
+def test_a_departure_is_the_least_squares_change_beside_the_machine_as_it_was():
+    """Against numpy's own least squares on the rows themselves, in place of normal equations."""
+    rng = np.random.default_rng(5)
+    change, kinds = 0.4, ["mean", "gain", "time_constant"]
+    rows = [rng.normal(size=(48, 3)) * (1.0, 3.0, 1.0) for _ in range(NIGHTS + 1)]
+    seen = [x @ (1.5, 0.05, 0.02) + rng.normal(size=48) for x in rows]
+    for night in (-2, -1):
+        seen[night] += change * rows[night][:, 1]
+
+    def summed(x: np.ndarray, y: np.ndarray) -> dict[str, list[float]]:
+        return {
+            "matrix": (x.T @ x)[np.triu_indices(3)].tolist(),
+            "vector": (x.T @ y).tolist(),
+        }
+
+    nights = []
+    for name in (f"M{k}" for k in range(MACHINES)):
+        of = 1.0 if name == "M7" else 0.0
+        for k in range(NIGHTS):
+            touched = {"output": "Z_um", "columns": [[kind, "a" * (kind != "mean")]
+                       for kind in kinds], "datum_set": False,
+                       "day": summed(rows[k + 1], of * seen[k + 1]),
+                       "before": summed(rows[0], of * seen[0])}  # fmt: skip
+            day = LAST - timedelta(days=NIGHTS - 1 - k)
+            nights.append(StoredNight(name, "mill", day, "a" * 64, "1", {"touched": [touched]}))
+    (one,) = named(nights)
+    assert (one.machine, one.causes[0]) == ("M7", Cause.GAIN)
+    known = np.diag([0.0, 1 / 0.3, 1 / 0.6])
+    # what the model was learnt from says nothing of the mean
+    learnt = rows[0] - rows[0][:, :1] * (rows[0].T @ rows[0])[0] / (rows[0][:, 0] @ rows[0][:, 0])
+    changed = np.concatenate([np.zeros(48 * (NIGHTS - 1)), *(x[:, 1] for x in rows[-2:])])
+    every = np.concatenate([*rows, learnt, known])
+    design = np.column_stack([every, np.append(changed, np.zeros(51))])
+    solved = np.linalg.lstsq(design, np.append(np.concatenate(seen), np.zeros(51)))[0]
+    assert one.evidence[0].values["departure_percent"] == pytest.approx(100.0 * solved[3])
+    assert (LAST - one.since).days == 1
