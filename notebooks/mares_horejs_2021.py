@@ -8,8 +8,8 @@
 # The paper describes the thermal error of a lathe by **transfer functions of two temperature
 # differences**, from one test with the spindle and one with the table, and verifies their sum on a
 # third day at four places. Its records were not published. Here the tests are those of the
-# project's virtual lathe: a network of twelve masses without any transfer function inside, seen through
-# sensors of 0.1 K. **No machine was measured**, and what holds on it is proven on it alone.
+# project's virtual lathe: a network of twelve masses without any transfer function inside, seen
+# through sensors of 0.1 K. **No machine was measured**, and what holds on it is proven on it alone.
 
 # %%
 from math import exp

@@ -5,6 +5,7 @@ python notebooks/slides.py FOLDER [NOTEBOOK ...]    every picture as PNG
 
 import runpy
 import sys
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,6 +17,9 @@ from matplotlib.figure import Figure
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 """The project's folder: `examples/`, and `benchmarks/` with machines made for tests."""
+_FILES = tempfile.TemporaryDirectory(prefix="thermaxis-")
+FILES = Path(_FILES.name)
+"""What a notebook writes: gone when it has ended."""
 BLUE, ORANGE, GREEN, GREY, DARK = "#0072b2", "#d55e00", "#009e73", "#9a9a9a", "#333333"
 """Told apart with all usual colour deficiencies."""
 
