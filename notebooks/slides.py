@@ -3,11 +3,14 @@
 python notebooks/slides.py FOLDER [NOTEBOOK ...]    every picture as PNG
 """
 
+import os
 import runpy
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # small matrices: threads get in each other's way
 
 import matplotlib as mpl
 import polars as pl
