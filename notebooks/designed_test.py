@@ -31,8 +31,8 @@ write_lathe_log(morning, FILES / "morning.csv")
 # %%
 log = read_thermal_log(FILES / "morning.csv")
 records = records_of([log], INPUTS, ["Z_um"])
-found = identify(records).outputs[0]
-advice = found.next_test
+found = identify(records)
+advice = found.outputs[0].next_test
 ten_lines, axes = plt.subplots(figsize=(9.0, 2.8))
 names = ["as it is", *(f"heat {t.input}, {t.on_s / 3600.0:.1f} h" for t in advice.tests)]
 leaves = [advice.before_um, *(t.after_um for t in advice.tests)]
@@ -76,10 +76,11 @@ day = log_lathe(VirtualLathe("verification", 7), 16.0, every_s=60.0, truth=True)
 truth = [MeasuredOutput("Z_uncorrected_um", "Z_um")]
 results = {}
 for name, more in added.items():
-    asked = records_of([log] if more is None else [log, more], INPUTS, ["Z_um"])
-    one = identify(asked)
-    model = one.to_compensation_model(asked)
-    judged = verify(model, [day], truth).logs[0].outputs[0]
+    asked, one = records, found
+    if more is not None:
+        asked = records_of([log, more], INPUTS, ["Z_um"])
+        one = identify(asked)
+    judged = verify(one.to_compensation_model(asked), [day], truth).logs[0].outputs[0]
     results[name] = (0.0 if more is None else more.duration_s / 3600.0, one.outputs[0], judged)
 
 rmse_um = {name: judged.figures.rmse_um for name, (_, _, judged) in results.items()}

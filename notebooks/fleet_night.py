@@ -55,13 +55,13 @@ named = {one.machine: one for one in judgements[DAYS[-1]] if one.named}
 # A day of the lake (Parquet) is a frame, and a frame may stand where a log does.
 
 # %%
-minutes = pl.concat(Lake(str(FILES / "lake")).minutes("mill 1", DAYS[-1], 2))
+minutes = pl.concat(Lake(str(FILES / "lake")).minutes("mill 4", DAYS[-1], 2))
 log = minutes.select("minute_utc", pl.col("^.*_mean$").name.replace("_mean$", ""))
-model = parse_model(fleet["mill 1"].model, name="mill 1")
+model = parse_model(fleet["mill 4"].model, name="mill 4")
 ten_lines, axes = plt.subplots()
 axes.plot(log["minute_utc"], simulate_log(model, log).outputs["Z_um"].displacement_um)
 axes.plot(log["minute_utc"], log["probe_Z_um"], "o", color=ORANGE, markersize=3)
-axes.set(ylabel="displacement [µm]", title="mill 1: model from temperatures alone, and touches")
+axes.set(ylabel="displacement [µm]", title="mill 4: model from temperatures alone, and touches")
 _ = axes.tick_params(axis="x", rotation=15)
 
 # %% [markdown]

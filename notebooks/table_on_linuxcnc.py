@@ -92,8 +92,8 @@ if missing():
     proof = "the meaning of the .comp file: no LinuxCNC is installed here"
     servo, difference_nm = None, float("nan")
 else:
-    way = "\n".join(f"G53 G1 X{end}" for end in (run.target[0], run.target[-1], run.target[0]))
-    program = f"G21 G90 G61.1\nF4000\n{way}\nM2\n"
+    moves = "\n".join(f"G53 G1 X{end}" for end in (run.target[0], run.target[-1], run.target[0]))
+    program = f"G21 G90 G61.1\nF4000\n{moves}\nM2\n"
     trace = run_program(program, tables=(Table(text, 1),), limit_s=40.0)
     moving = np.flatnonzero(trace.velocity)
     side = (trace.velocity[moving] < 0.0).astype(int)
@@ -128,20 +128,20 @@ left_table = table(
 print(left_table)
 
 # %%
-slide, panels = plt.subplots(1, 2, figsize=(9.5, 4.2), width_ratios=(1.0, 1.0))
+slide, panels = plt.subplots(1, 2, figsize=(9.5, 4.2), sharey=True)
 for axes, names in zip(panels, (("no table",), ("as measured", "drift-free")), strict=True):
     for name in names:
         colour = {"no table": GREY, "as measured": ORANGE, "drift-free": GREEN}[name]
         mean = with_table[name].deviation.mean(axis=1)
+        mean = mean - mean.mean()
         for side, line in ((0, "o-"), (1, "o--")):
             label = f"{name}: E = {e_um[name]:.1f} µm" if side == 0 else None
             axes.plot(still.target, mean[:, side], line, color=colour, markersize=3, label=label)
     axes.set(xlabel="position [mm]", title="Without a table" if len(names) == 1 else "With a table")
     axes.legend()
-panels[0].set_ylabel("mean deviation, forward and backward (dashed) [µm]")
-_ = slide.suptitle(
-    f"At targets that were never measured; {'LinuxCNC' if servo is not None else 'virtual'}"
-)
+panels[0].set_ylabel("mean deviation, ↑ solid, ↓ dashed [µm]")
+way = "seen on LinuxCNC" if servo is not None else "that the .comp file means"
+_ = slide.suptitle(f"At other targets, with the correction {way}")
 
 # %% [markdown]
 # ## What it does not say
