@@ -1,8 +1,9 @@
 """A frame of pandas or polars where a log is expected: by its names and columns, neither needed."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 from datetime import datetime
-from typing import Any, Protocol, TypeAlias, cast
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -50,12 +51,12 @@ def as_thermal_log(data: LogLike, *, name: str = "frame") -> ThermalLog:
         return data
     columns = {str(key): data[key] for key in data.columns}
     dated = next((key for key, column in columns.items() if _date(column)), None)
-    times = columns.pop(dated) if dated else getattr(data, "index", None)
+    times: Any = columns.pop(dated) if dated else getattr(data, "index", ())
     start = _date(times)
     if TIME_COLUMN in columns:
         time_s = _numbers(columns.pop(TIME_COLUMN), Place(name, column=TIME_COLUMN))
     elif start is None:
-        raise DataError("times_missing", place=Place(name))
+        raise DataError("frame_without_times", place=Place(name))
     else:
         time_s = np.asarray(times - start) / np.timedelta64(1, "s")
     values = {key: _numbers(column, Place(name, column=key)) for key, column in columns.items()}
@@ -64,18 +65,15 @@ def as_thermal_log(data: LogLike, *, name: str = "frame") -> ThermalLog:
 
 def _date(column: Any) -> datetime | None:
     """Return the first value of a column of dates with time, and None of another one."""
-    values = getattr(column, "iloc", column)  # a series of pandas counts by its index
-    first = values[0] if values is not None and len(values) else None
-    if not isinstance(first, datetime):
-        return None
+    first: object = getattr(column, "iloc", column)[0] if len(column) else None  # not by the index
     plain = getattr(first, "to_pydatetime", None)
-    return first if plain is None else cast("datetime", plain())
+    return None if not isinstance(first, datetime) else first if plain is None else plain()
 
 
 def _numbers(column: Any, place: Place) -> FloatArray:
-    try:
-        if hasattr(column, "astype"):  # pandas has a missing value that is no float
-            return np.asarray(column.to_numpy("float64", na_value=np.nan))
-        return np.asarray(column, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise DataError("not_numbers", place=place) from None
+    if np.asarray(column).dtype.kind not in "mM":  # moments are no numbers
+        with suppress(TypeError, ValueError):
+            if hasattr(column, "astype"):  # pandas has a missing value that is no float
+                return np.asarray(column.to_numpy("float64", na_value=np.nan))
+            return np.asarray(column, dtype=np.float64)
+    raise DataError("not_numbers", place=place)
