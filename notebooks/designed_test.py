@@ -37,7 +37,7 @@ ten_lines, axes = plt.subplots(figsize=(9.0, 2.8))
 names = ["as it is", *(f"heat {t.input}, {t.on_s / 3600.0:.1f} h" for t in advice.tests)]
 leaves = [advice.before_um, *(t.after_um for t in advice.tests)]
 axes.bar_label(axes.barh(names[::-1], leaves[::-1], color=[BLUE, BLUE, GREY]), fmt=" %.1f µm")
-axes.set(xlabel="error in use that each test would leave [µm]")
+axes.set(xlabel="error in use that each test would leave [µm]", xlim=(0.0, 1.1 * max(leaves)))
 axes.set_title(f"Advice: heat the {advice.tests[0].input}, {advice.tests[0].on_s / 3600.0:.1f} h")
 print(sentence_of(advice.message))
 

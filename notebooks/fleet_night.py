@@ -14,7 +14,7 @@ from datetime import timedelta
 
 import polars as pl
 from matplotlib import pyplot as plt
-from slides import BLUE, FILES, GREY, ORANGE, table
+from slides import BLUE, DARK, FILES, GREY, ORANGE, table
 
 from benchmarks import fleet_machines as machines
 from benchmarks.demo_fleet import BACK, delivered
@@ -98,9 +98,9 @@ for axes, (name, one) in zip(panels[:, 0], sorted(named.items()), strict=True):
         colour, width = (next(colours), 1.4) if channel in guilty else (GREY, 0.8)
         values = seen[f"{channel}_mean"]
         axes.plot(seen["minute_utc"], values, color=colour, linewidth=width, label=channel)
-    axes.set(ylabel="°C", title=f"{name}: {', '.join(one.causes).replace('_', ' ')}")
-    axes.legend(loc="upper left", ncols=4)
-    axes.set_ylim(top=axes.get_ylim()[1] + 4.0)
+    axes.axvline(one.since, color=DARK, linestyle=":", label="named since")
+    axes.set(ylabel="°C", title=f"{name}: {one.causes[0].replace('_', ' ')}")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=4, fontsize=9)
     axes.tick_params(axis="x", labelsize=9)
 
 # %% [markdown]
