@@ -2,7 +2,8 @@
 
 Stejskal et al. 2017: s of the standard at position 4, forward, is 1.64 µm and 3.09 times the
 value of the new method; the deviation there first rises and then falls; position 3 stands out in
-the differences of neighbours and nowhere else; 100 cycles take about seven hours.
+the differences of neighbours and nowhere else; 100 cycles take about seven hours. The printed
+numbers on the shipped run are held by `test_notebooks.py`.
 """
 
 from math import sqrt
@@ -63,8 +64,7 @@ def test_a_cycle_takes_as_long_as_its_moves_and_stops():
     assert np.isclose(cycle_s, travel_mm / 5.0 + 32 * 4.0, atol=0.002)
 
 
-def test_the_standards_s_at_position_4_is_that_of_the_paper(shipped, run):
-    assert abs(standard_s(shipped, FORWARD)[3] - 1.64) < 0.03
+def test_the_standards_s_at_position_4_is_that_of_the_paper(run):
     assert abs(standard_s(run, FORWARD)[3] - 1.64) < 0.12
 
 
@@ -73,7 +73,6 @@ def test_the_standards_s_is_about_three_times_that_of_the_method(shipped):
         ratio = standard_s(shipped, approach)[1:] / pair_s(shipped, approach)
         assert 2.8 < ratio[2] < 3.4
         assert 2.5 < np.median(ratio) < 3.5
-    assert abs((standard_s(shipped, FORWARD)[3] / pair_s(shipped, FORWARD)[2]) - 3.09) < 0.05
 
 
 def test_the_ratio_is_about_three_with_any_seed(run):

@@ -7,6 +7,8 @@ alone. The formulas of the axis are written down here once more, apart from its 
 
 import json
 import re
+import subprocess
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -643,3 +645,18 @@ def repeat(
     trace, stops = record(text, plan, run, 19 * 2 * 2, physics=physics, tables=tables, seed=2)
     correction = np.array([trace.ramped[stop.end - 1] for stop in stops])
     return Repetition(run, evaluate(run), correction)
+
+
+def test_the_notebook_proves_its_table_on_linuxcnc(root: Path, tmp_path: Path) -> None:
+    """Trims are held in single precision: 2e-9 mm."""
+    said = subprocess.run(
+        [sys.executable, str(root / "notebooks" / "table_on_linuxcnc.py")],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    found = re.search(r"LinuxCNC itself: (\d+) servo periods differ by (\S+) nm", said)
+    assert found is not None
+    assert int(found[1]) > 3000
+    assert float(found[2]) < 0.01

@@ -31,6 +31,7 @@ from .certificate import (
     write_report as write_report,
 )
 from .charts import (
+    draw_figure as draw_figure,
     write_field_figures as write_field_figures,
     write_figures as write_figures,
     write_montecarlo_figures as write_montecarlo_figures,

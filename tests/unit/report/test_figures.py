@@ -6,11 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.refusals import refused
 from tests.unit.report.builders import make_report, make_run
 from thermaxis.errors import ConfigurationError
-from thermaxis.positioning import PositioningTest, montecarlo_difference
+from thermaxis.positioning import PositioningTest, evaluate_drift, montecarlo_difference
 from thermaxis.quantities import AxisKind
-from thermaxis.report import PositioningReport, write_figures, write_montecarlo_figures
+from thermaxis.report import (
+    PositioningReport,
+    draw_figure,
+    write_figures,
+    write_montecarlo_figures,
+)
 from thermaxis.report._output import NumberTable
 from thermaxis.report._style import drawing
 from thermaxis.report.charts import charts_of
@@ -82,6 +88,22 @@ def test_the_same_report_gives_the_same_bytes(
     different = [p.name for p in few if p.read_bytes() != (folder / p.name).read_bytes()]
     assert different == []
     assert (folder / "iso230_2.svg").read_bytes().count(b"date") == 0
+
+
+@pytest.mark.parametrize("name", [*ALL_NAMES, "drift"])
+def test_a_run_alone_gives_each_of_its_charts_with_the_lines_of_its_report(name: str) -> None:
+    test = make_run()
+    drawn = draw_figure(test, name)
+    report = replace(make_report(test), drift=evaluate_drift(test) if name == "drift" else None)
+    (chart,) = (chart for chart in charts_of(report) if chart.name == name)
+    for ours, theirs in zip(drawn.axes, chart.draw(report).axes, strict=True):
+        for one, other in zip(ours.lines, theirs.lines, strict=True):
+            assert np.array_equal(one.get_ydata(), other.get_ydata(), equal_nan=True)
+
+
+def test_a_chart_that_a_run_does_not_have_is_refused_with_those_that_it_has() -> None:
+    with refused("unknown_choice", name="figure_14", known=(*ALL_NAMES, "drift")):
+        draw_figure(make_run(), "figure_14")
 
 
 def test_an_svg_has_letters_as_paths_and_nothing_from_outside(written: Written) -> None:

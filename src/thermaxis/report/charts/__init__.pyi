@@ -6,6 +6,7 @@ from ._drift_model import (
 from ._field import write_field_figures as write_field_figures
 from ._figures import (
     charts_of as charts_of,
+    draw_figure as draw_figure,
     write_figures as write_figures,
     write_montecarlo_figures as write_montecarlo_figures,
 )

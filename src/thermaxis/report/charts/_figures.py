@@ -9,7 +9,17 @@ from typing import final
 
 from matplotlib.figure import Figure
 
-from thermaxis.positioning import DifferenceMonteCarlo
+from thermaxis import __version__
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError
+from thermaxis.positioning import (
+    DifferenceMonteCarlo,
+    PositioningTest,
+    evaluate_adjacent_difference,
+    evaluate_against_cycles,
+    evaluate_drift,
+    evaluate_iso230_2,
+)
 from thermaxis.report._output import NumberTable, make_folder
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._progress import Progress
@@ -143,6 +153,50 @@ def write_figures(
     if progress is not None:
         progress("figures", len(charts), len(charts))
     return tuple(written)
+
+
+def draw_figure(test: PositioningTest, name: str) -> Figure:
+    """Evaluate a run by default and draw one of its charts.
+
+    Parameters
+    ----------
+    name : str
+        As of the files that `write_figures` writes, such as ``figure_12_deviation_chart``, or
+        ``drift``.
+
+    Returns
+    -------
+    Figure
+        The chart, as in the certificate.
+
+    Raises
+    ------
+    ConfigurationError
+        If the run has no such chart; it names those that it has.
+    DataError
+        If the run does not allow what the chart shows.
+    """
+    several, apart = test.cycles > 1, test.target.size > 1
+    report = PositioningReport(
+        test=test,
+        iso230_2=evaluate_iso230_2(test),
+        adjacent_difference=evaluate_adjacent_difference(test) if apart else None,
+        against_cycles=evaluate_against_cycles(test) if several else None,
+        drift=evaluate_drift(test) if name == _DRIFT.name else None,
+        other_standard=None,
+        limits=None,
+        warnings=(),
+        header=test.header,
+        source_name="",
+        source_sha256="",
+        version=__version__,
+    )
+    charts = {chart.name: chart for chart in charts_of(report)}
+    if name not in charts:
+        known = (*charts, _DRIFT.name)
+        raise ConfigurationError("unknown_choice", name=name, known=known, place=Place(key="name"))
+    with drawing(name):
+        return charts[name].draw(report)
 
 
 def write_montecarlo_figures(result: DifferenceMonteCarlo, folder: Path) -> tuple[Path, ...]:

@@ -79,7 +79,7 @@ def _describe_run(report: PositioningReport) -> str:
     approach = "" if not test.unidirectional else ", one direction"
     targets = f"{test.target.size} target{'s' * (test.target.size > 1)}"
     size = f"{targets}, {cycles} cycle{'s' * (cycles > 1)}{approach}"
-    return f"{size} · {drawable(report.source_name, 60)}"
+    return " · ".join(part for part in (size, drawable(report.source_name, 60)) if part)
 
 
 def drawn_cycles(cycles: int) -> NDArray[np.int64]:

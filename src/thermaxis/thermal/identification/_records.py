@@ -20,7 +20,9 @@ from thermaxis.thermal.log import (
     REFERENCE_S,
     Experiment,
     InputDefinition,
+    LogLike,
     ThermalLog,
+    as_thermal_log,
     evaluate_input,
     even_step_s,
     start_of_input,
@@ -64,7 +66,7 @@ class Records:
 
 
 def records_of(
-    logs: Sequence[ThermalLog],
+    logs: Sequence[LogLike],
     inputs: Sequence[InputDefinition],
     outputs: Sequence[str],
     *,
@@ -78,6 +80,8 @@ def records_of(
 
     Parameters
     ----------
+    logs : sequence of ThermalLog or frame
+        As of `as_thermal_log`.
     sample_time_s : float, optional
         Means over so much time are taken first; means of both sides of a linear model leave the
         model as it is. Default: the usual step of the logs, or that of bursts of rows. [s]
@@ -95,6 +99,7 @@ def records_of(
     """
     if not logs:
         raise DataError("no_log", place=Place(key="logs"))
+    logs = [as_thermal_log(log) for log in logs]
     step_s = sample_time_s or float(np.median([even_step_s(log.time_s) for log in logs]))
     found: dict[str, list[Experiment]] = {output: [] for output in outputs}
     lowest, highest = np.full(len(inputs), np.inf), np.full(len(inputs), -np.inf)

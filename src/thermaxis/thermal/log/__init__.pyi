@@ -13,6 +13,11 @@ from ._faults import (
     measured_values as measured_values,
     without_faults as without_faults,
 )
+from ._frames import (
+    Frame as Frame,
+    LogLike as LogLike,
+    as_thermal_log as as_thermal_log,
+)
 from ._input import (
     InputDefinition as InputDefinition,
     check_inputs as check_inputs,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place, Value
 from thermaxis.thermal._arrays import FloatArray, significant
+from thermaxis.thermal.log._frames import LogLike, as_thermal_log
 from thermaxis.thermal.log._thermal_log import ThermalLog, common_names
 
 Flags: TypeAlias = NDArray[np.bool_]
@@ -163,12 +164,14 @@ class _Channel:
         return self.unit in LENGTHS
 
 
-def check_log(log: ThermalLog, *, reference: ThermalLog | None = None) -> tuple[LogFinding, ...]:
+def check_log(log: LogLike, *, reference: LogLike | None = None) -> tuple[LogFinding, ...]:
     """Look for gaps, dead, stuck, swapped, coarse and noisy channels.
 
     Parameters
     ----------
-    reference : ThermalLog, optional
+    log : ThermalLog or frame
+        As of `as_thermal_log`.
+    reference : ThermalLog or frame, optional
         An earlier log of the same machine whose channels are known to be right: names that seem
         exchanged against it are found.
 
@@ -177,6 +180,7 @@ def check_log(log: ThermalLog, *, reference: ThermalLog | None = None) -> tuple[
     tuple of LogFinding
         The most important first; empty if nothing is suspicious.
     """
+    log = as_thermal_log(log)
     findings = _check_times(log)
     channels: list[_Channel] = []
     for name in log.columns:
@@ -192,7 +196,7 @@ def check_log(log: ThermalLog, *, reference: ThermalLog | None = None) -> tuple[
         findings += _check_noise(group)
         findings += _find_exchanges(group)
     if reference is not None:
-        findings += _compare_names(log, reference)
+        findings += _compare_names(log, as_thermal_log(reference))
     findings = _without_consequences(findings)
     return tuple(sorted(findings, key=lambda f: (_ORDER[f.kind], -f.extent, f.channel)))
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from difflib import get_close_matches
 from types import MappingProxyType
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,9 @@ from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray, require_sample_time
 from thermaxis.thermal.log._experiment import REFERENCE_S
 from thermaxis.thermal.log._resample import block_means, block_numbers, usual_step_s
+
+if TYPE_CHECKING:
+    import polars as pl
 
 TIME_COLUMN: Final = "time_s"
 """Name of the column of times in mappings and in files that are written here."""
@@ -468,6 +471,13 @@ class ThermalLog:
             time_s=np.arange(blocks) * sample_time_s,
             columns={n: block_means(v, block, blocks) for n, v in self.columns.items()},
         )
+
+    def to_polars(self) -> "pl.DataFrame":
+        """Return `time_s` and the columns as a frame; what was not measured is null."""
+        import polars as pl  # noqa: PLC0415  takes a tenth of a second
+
+        columns = {TIME_COLUMN: self.time_s, **self.columns}
+        return pl.DataFrame(columns, nan_to_null=True)
 
     def _rows(self, rows: slice) -> "ThermalLog":
         time_s = self.time_s[rows]

@@ -23,7 +23,7 @@ from thermaxis.compensation import (
     model_step,
 )
 from thermaxis.thermal._arrays import FloatArray, recursion
-from thermaxis.thermal.log import REFERENCE_S, ThermalLog
+from thermaxis.thermal.log import REFERENCE_S, LogLike, ThermalLog, as_thermal_log
 from thermaxis.thermal.transfer_function import delayed
 
 _SAME_STEP_S = 1e-6
@@ -81,7 +81,7 @@ def references_of(
 
 def simulate_log(
     model: CompensationModel,
-    log: ThermalLog,
+    log: LogLike,
     *,
     diameter_mm: float | None = None,
     reference_s: float | None = None,
@@ -91,8 +91,8 @@ def simulate_log(
 
     Parameters
     ----------
-    log : ThermalLog
-        The log; it needs every channel of the model.
+    log : ThermalLog or frame
+        The log, as of `as_thermal_log`; it needs every channel of the model.
     diameter_mm : float, optional
         Clamping diameter of the workpiece. Default: the tool centre point. [mm]
     reference_s : float, optional
@@ -121,6 +121,7 @@ def simulate_log(
     ----------
     Mareš and Horejš 2021, equations (3) and (8).
     """
+    log = as_thermal_log(log)
     columns = model_columns(model, log)
     state = initial_state(model, references_of(model, log, reference_s))._replace(warm=steady)
     # A delay of no whole rows takes its input apart.

@@ -12,7 +12,7 @@ from thermaxis.codes import Message, Place, Value
 from thermaxis.compensation import CompensationModel, Limits, Outcome, gain_of
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray, significant
-from thermaxis.thermal.log import REFERENCE_S, ThermalLog
+from thermaxis.thermal.log import REFERENCE_S, LogLike, ThermalLog, as_thermal_log
 from thermaxis.thermal.transfer_function import held
 from thermaxis.thermal.verification._far_touches import SPARSE, far_touches
 from thermaxis.thermal.verification._free_run import (
@@ -202,7 +202,7 @@ class Verification:
 
 def verify(
     model: CompensationModel,
-    logs: Sequence[ThermalLog],
+    logs: Sequence[LogLike],
     measured: Sequence[MeasuredOutput] | None = None,
     *,
     reference_s: float | None = None,
@@ -219,6 +219,8 @@ def verify(
 
     Parameters
     ----------
+    logs : sequence of ThermalLog or frame
+        As of `as_thermal_log`.
     measured : sequence of MeasuredOutput, optional
         What is compared. Default: the channels that are named as the model's outputs.
     reference_s : float, optional
@@ -258,6 +260,7 @@ def verify(
         raise ConfigurationError("no_log", place=Place(key="logs"))
     if rows is not None and not 0 <= rows[0] < rows[1]:
         raise ConfigurationError("no_span", first=rows[0], last=rows[1], place=Place(key="rows"))
+    logs = [as_thermal_log(log) for log in logs]
     verified = tuple(
         _verify_log(
             _Comparison(

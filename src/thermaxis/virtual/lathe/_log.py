@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +18,6 @@ from thermaxis.virtual.lathe._signals import (
     UNCORRECTED,
     LatheReading,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 LOG_COLUMNS = (
     "n_spindle_rpm",
@@ -125,11 +121,7 @@ def write_lathe_log(log: ThermalLog, path: Path | str) -> None:
     if Path(path).suffix.casefold() == ".csv":
         write_thermal_log(log, path)
         return
-    import polars as pl  # noqa: PLC0415  takes a tenth of a second
-
-    columns: Mapping[str, object] = {"time_s": log.time_s, **log.columns}
-    frame = pl.DataFrame(columns)
-    frame.with_columns(pl.all().fill_nan(None)).write_parquet(Path(path))
+    log.to_polars().write_parquet(Path(path))
 
 
 def check_log_name(path: Path | str) -> None:
