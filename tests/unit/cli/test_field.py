@@ -149,6 +149,7 @@ def test_the_emissivity_is_corrected_and_this_is_said(examples, capsys):
     assert "below 0.6" in shiny["warnings"][1]
 
 
+@pytest.mark.proof
 def test_two_images_stand_beside_the_drift_and_have_no_correlation(examples, root, capsys):
     path = root / "examples" / "x_axis_100_cycles.csv"
     found = as_json(capsys, *examples, "--run", path)
@@ -266,6 +267,7 @@ def test_the_charts_are_written_with_their_numbers(examples, tmp_path):
     assert regions[2].startswith("upper left,0.0,40.0,0.0,30.0,1200,")
 
 
+@pytest.mark.proof
 def test_level_images_holes_and_hostile_names_are_drawn(tmp_path, capsys):
     level = np.full((30, 40), 20.0)
     hole = level + 5.0

@@ -243,6 +243,7 @@ def test_outputs_that_cannot_be_are_refused_before_anything_is_read(years, tmp_p
         assert code_of("trend", *years, nothing, *options) == code
 
 
+@pytest.mark.proof
 def test_the_chart_is_drawn_of_one_run_and_of_runs_without_dates_or_one_direction(
     write, tmp_path, capsys
 ):

@@ -151,6 +151,7 @@ def expected(lake: Path) -> dict[str, object]:
     return {one.machine: night_as_json(one) for one in results if one is not None}
 
 
+@pytest.mark.proof
 def test_nights_are_the_same_whatever_the_engine_and_only_what_is_missing_is_done(
     engine, lake, expected, tmp_path
 ):

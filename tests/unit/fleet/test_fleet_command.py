@@ -44,6 +44,7 @@ def answer(capsys, *words: str, code: int = 0) -> dict:
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.proof
 def test_the_morning_shows_sensors_and_models_that_need_a_look_before_the_others(fleet, capsys):
     night = ("night", "registry.db", "--day", LAST.isoformat(), "--days-back", "2")
     planned = answer(capsys, *night, "--dry-run")

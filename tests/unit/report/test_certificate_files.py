@@ -242,6 +242,7 @@ def test_every_character_can_stand_in_an_archive(small: PositioningReport) -> No
     assert "□" in squeezed(" ".join(pdf_pages(pdf)))
 
 
+@pytest.mark.proof
 @pytest.mark.usefixtures("no_charts")
 def test_a_hundred_cycles_fill_a_reasonable_number_of_pages(
     hundred_cycles: PositioningReport,

@@ -316,6 +316,7 @@ def test_temperatures_are_drawn_below_and_other_channels_are_not() -> None:
     assert words[1:] in words_of(section_of(report))
 
 
+@pytest.mark.proof
 def test_a_long_run_is_drawn_in_part_and_the_chart_says_so() -> None:
     long = make_run(9, 150)
     report = make_report(long, drift=evaluate_drift(long))
@@ -365,6 +366,7 @@ def test_a_run_that_does_not_drift_is_left_as_it_was() -> None:
     assert all(row[1].startswith("0.0") for row in tables_of(section_of(report))[0].rows)
 
 
+@pytest.mark.proof
 def test_the_order_as_time_is_named_in_figure_and_certificate() -> None:
     timed = make_run()
     test = replace(timed, time_source=TimeSource.ORDER, time_s=None)

@@ -72,6 +72,7 @@ def test_every_chart_is_written_as_png_svg_and_csv(written: Written) -> None:
     assert (folder / "iso230_2.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 
+@pytest.mark.proof
 def test_the_same_report_gives_the_same_bytes(
     written: Written, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -218,6 +219,7 @@ def test_a_single_run_has_no_bands_and_says_so() -> None:
     assert labels == ["deviation forward ↑", "reference: position 1 in cycle 1"]
 
 
+@pytest.mark.proof
 def test_readings_without_any_spread_are_drawn() -> None:
     for targets in (1, 3):
         deviation = np.full((targets, 2, 2), 7.5)
@@ -265,6 +267,7 @@ def test_a_rotary_axis_is_drawn_in_degrees_and_arcseconds(tmp_path: Path) -> Non
     assert axes.get_ylabel() == "deviation [arcsec]"
 
 
+@pytest.mark.proof
 def test_hostile_text_is_drawn_as_text() -> None:
     for text in HOSTILE:
         header = {"title": text, "axis": text}

@@ -8,6 +8,7 @@ from datetime import timedelta
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from tests.proofs import quick_first
 from tests.unit.runtime.simulated import (
     GOAL_UM,
     RATE,
@@ -342,7 +343,7 @@ async def test_the_correction_goes_on_at_the_rate_from_what_another_writer_set(
     assert [e.text.startswith("high: ") for e in came] == [True, False]
 
 
-@pytest.mark.parametrize("period_s", [0.3, 5.0, 30.0])
+@pytest.mark.parametrize("period_s", quick_first(1, [0.3, 5.0, 30.0]))
 async def test_a_writer_that_comes_again_and_again_is_a_fault_at_the_third_time_in_a_minute(
     period_s: float,
 ) -> None:
@@ -501,6 +502,7 @@ def test_a_control_that_takes_offsets_over_late_is_never_taken_for_another_write
     assert shift.furthest_um > 10.0
 
 
+@pytest.mark.proof
 @settings(max_examples=20)
 @given(
     late_s=st.floats(0.05, 2.0),

@@ -297,6 +297,7 @@ async def test_what_a_process_that_stands_still_does_not_take_is_counted_and_tol
     assert told[-2].values == {"n": 3999} or told[-1].values == {"n": 3999}
 
 
+@pytest.mark.proof
 async def test_a_status_server_that_cannot_tell_is_begun_anew_beside_the_history(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
