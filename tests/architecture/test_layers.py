@@ -1,4 +1,4 @@
-"""The import contracts hold, and a forbidden import is caught."""
+"""A forbidden import is caught by the contracts; that they hold, `make lint` says."""
 
 import os
 import re
@@ -40,12 +40,6 @@ def package_copy(root: Path, tmp_path: Path) -> Path:
 
 def add_line(path: Path, line: str) -> None:
     path.write_text(path.read_text(encoding="utf-8") + f"\n{line}\n", encoding="utf-8")
-
-
-def test_the_contracts_hold(package_copy: Path) -> None:
-    code, printed = lint_imports(package_copy)
-    assert code == 0, printed
-    assert re.search(r"Contracts: \d+ kept, 0 broken", printed)
 
 
 FORBIDDEN = (

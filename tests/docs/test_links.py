@@ -4,6 +4,8 @@ import re
 from pathlib import Path
 from urllib.parse import unquote
 
+import pytest
+
 LINK = re.compile(r"!?\[(?:[^\]\[]|\[[^\]]*\])*\]\(([^()\s]+(?:\([^()]*\))?)\)")
 HEADING = re.compile(r"^#{1,6}\s+(.*?)\s*$", re.MULTILINE)
 FENCE = re.compile(r"^```.*?^```\s*$", re.MULTILINE | re.DOTALL)
@@ -55,6 +57,7 @@ def test_a_broken_link_is_noticed(root):
     assert [link.split()[1] for link in found] == ["#three", "none.md"]
 
 
+@pytest.mark.proof
 def test_every_page_of_the_documentation_can_be_reached_from_the_readme(root, pages):
     reached, waiting = set(), [root / "README.md"]
     while waiting:

@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator
 from types import ModuleType
 
+import pytest
+
 FORBIDDEN = {
     *("process", "processes", "processor", "handle", "handler", "handles", "manage", "manager"),
     *("util", "utils", "utility", "helper", "helpers", "info", "infos"),
@@ -82,6 +84,7 @@ def test_a_name_that_says_nothing_is_noticed():
     assert sorted(found) == ["RunManager", "file_info", "helper", "process_run"]
 
 
+@pytest.mark.proof
 def test_no_tracked_file_names_a_registry_or_a_machine(tracked_files):
     found: list[str] = []
     for path in tracked_files:

@@ -2,10 +2,13 @@
 
 import re
 
+import pytest
+
 from thermaxis.cli import main
 from thermaxis.report.charts import _figures, charts_of
 
 
+@pytest.mark.proof
 def test_picture_and_summary_are_those_of_the_example(root, tmp_path, capsys, monkeypatch):
     def one(report):
         return tuple(c for c in charts_of(report) if c.name == "figure_10_standard_deviation")

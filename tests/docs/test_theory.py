@@ -74,6 +74,7 @@ def draw_figures() -> ModuleType:
     return module
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("name", ["figure_02", "figure_03"])
 def test_the_figures_are_what_the_script_draws(name):
     drawn = draw_figures().rendered(name)

@@ -117,6 +117,7 @@ def test_a_real_table_written_anew_is_the_same_table(
     assert again.backlash == pytest.approx(table.backlash)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("name", "control", "stated", "words"),
     [

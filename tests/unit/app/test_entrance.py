@@ -185,6 +185,7 @@ LOGS = {
 }
 
 
+@pytest.mark.proof
 def test_hostile_files_end_in_a_sentence_each_and_leave_nothing(door: Door) -> None:
     """In processes with limits: `tests/unit/screen/test_axis_room.py`, with the worst of them."""
     state = cast("Any", door.app)._app.state

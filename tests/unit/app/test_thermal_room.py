@@ -123,6 +123,7 @@ def test_a_name_is_shown_as_it_is_and_no_command_obeys_it(bench: Bench) -> None:
     assert not any(one.startswith("-") for one in files)
 
 
+@pytest.mark.proof
 def test_everything_of_a_model_can_be_taken_along_and_goes_with_its_log(bench: Bench) -> None:
     log = bench.log()
     model = bench.model(log).json()["id"]
@@ -144,6 +145,7 @@ def test_everything_of_a_model_can_be_taken_along_and_goes_with_its_log(bench: B
     assert bench.ask("GET", f"/thermal/model/{model}", GOOD).status_code == 404
 
 
+@pytest.mark.proof
 def test_a_saved_model_comes_back_and_is_verified_on_another_log(bench: Bench) -> None:
     log = bench.log()
     model = bench.model(log).json()["id"]
@@ -172,6 +174,7 @@ def test_a_saved_model_comes_back_and_is_verified_on_another_log(bench: Bench) -
     assert name == "attachment; filename*=utf-8''Fr%C3%A4se-model.json"
 
 
+@pytest.mark.proof
 def test_two_models_are_compared_and_two_recorders_joined(bench: Bench) -> None:
     log = bench.log()
     models = [bench.model(log, one).json()["id"] for one in ("modal", "static")]

@@ -182,6 +182,7 @@ def test_an_old_standard_that_needs_more_readings_is_left_out_with_its_reason(tm
     assert any("other standard" in w for w in results["warnings"])
 
 
+@pytest.mark.proof
 def test_a_closed_pipe_is_no_error(run_file):
     command = f'"{sys.executable}" -m thermaxis evaluate "{run_file}" | head -n 1'
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)

@@ -101,6 +101,7 @@ C_WORDS = [
 ]
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("dialect", ["c", "fmu"])
 @pytest.mark.parametrize("options", C_WORDS, ids=" ".join)
 def test_every_exported_source_compiles_alone_without_a_warning(
@@ -226,6 +227,7 @@ def test_json_alone_goes_to_standard_output_and_is_the_report(tmp_path, capsys):
     assert printed["instance_bytes"] is None
 
 
+@pytest.mark.proof
 def test_an_s7_300_gets_real_by_itself_and_the_tolerance_is_said(tmp_path):
     model = small_model(tmp_path / "x.json")
     for name, option in (("a", ("--cpu", "s7-300")), ("b", ("--real", "32"))):
@@ -252,6 +254,7 @@ def test_how_long_a_temperature_may_stand_is_stated_or_told(tmp_path, capsys):
     assert rows == {"T": (7200.0, "air", 0.5), "air": (7200.0, "", 0.0)}
 
 
+@pytest.mark.proof
 def test_a_delay_is_rounded_to_cycles_and_a_size_too_large_for_an_s7_300_is_warned_of(
     tmp_path, capsys
 ):
@@ -334,6 +337,7 @@ def test_stated_references_that_a_model_has_make_what_a_stated_model_makes(tmp_p
     assert code_of("export", lacking, *asked) == "no_stated_reference"
 
 
+@pytest.mark.proof
 def test_hostile_names_leave_a_text_of_legal_signs_and_short_lines(tmp_path):
     hostile = "*) END_FUNCTION_BLOCK; // /* \\ \" ' `; <b> | # öß {0}"
     parts = tuple(
@@ -625,6 +629,7 @@ def test_models_that_refer_to_other_temperatures_make_no_line(tmp_path):
 # ---- the vectors, as a user would run them ------------------------------------------------------
 
 
+@pytest.mark.proof
 @pytest.mark.usefixtures("more_vectors")
 @pytest.mark.parametrize(
     ("dialect", "bits"),

@@ -149,6 +149,7 @@ def test_the_emissivity_is_corrected_and_this_is_said(examples, capsys):
     assert "below 0.6" in shiny["warnings"][1]
 
 
+@pytest.mark.proof
 def test_two_images_stand_beside_the_drift_and_have_no_correlation(examples, root, capsys):
     path = root / "examples" / "x_axis_100_cycles.csv"
     found = as_json(capsys, *examples, "--run", path)
@@ -174,6 +175,7 @@ def test_options_say_how_the_run_is_read(examples, tmp_path):
     assert refusal("field", *examples, "--decimal", "comma").code == "option_needs"
 
 
+@pytest.mark.proof
 def test_images_with_times_are_related_to_the_drift(warming, root, capsys):
     path = root / "examples" / "x_axis_100_cycles.csv"
     words = (*warming, "--run", path, "--times", "0", "1", "2.5", "4.5", "6.9")
@@ -195,6 +197,7 @@ def test_images_with_times_are_related_to_the_drift(warming, root, capsys):
     assert "image 5" in shown
 
 
+@pytest.mark.proof
 def test_an_image_outside_the_run_is_left_out_of_the_relation(warming, root, capsys):
     path = root / "examples" / "x_axis_100_cycles.csv"
     words = (*warming, "--run", path, "--times", "-0.2", "1", "2.5", "4.5", "20")
@@ -266,6 +269,7 @@ def test_the_charts_are_written_with_their_numbers(examples, tmp_path):
     assert regions[2].startswith("upper left,0.0,40.0,0.0,30.0,1200,")
 
 
+@pytest.mark.proof
 def test_level_images_holes_and_hostile_names_are_drawn(tmp_path, capsys):
     level = np.full((30, 40), 20.0)
     hole = level + 5.0

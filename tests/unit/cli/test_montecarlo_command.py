@@ -61,6 +61,7 @@ def test_a_number_that_is_not_possible_is_one_error(capsys):
         assert capsys.readouterr().out == ""
 
 
+@pytest.mark.proof
 def test_the_distributions_are_drawn_when_asked_for(tmp_path, capsys):
     folder = tmp_path / "charts"
     run("--repetitions", "50", "--figures", str(folder))

@@ -189,6 +189,7 @@ def test_what_cannot_be_is_refused_by_the_name_of_the_option():
         assert refusal("plan", *SMALL, *words).place.key == option
 
 
+@pytest.mark.proof
 def test_the_page_about_planning_shows_what_the_command_prints(root, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     page = (root / "docs" / "how-to" / "plan-a-run.md").read_text(encoding="utf-8")

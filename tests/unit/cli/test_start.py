@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.proofs import quick_first
 from tests.unit.cli.refusals import refusal
 from thermaxis.cli import main
 from thermaxis.codes import Place
@@ -24,7 +25,11 @@ HEAVY = CHARTS | {"asyncua", "cryptography", "numpy", "polars", "pydantic", "sci
     [
         (["--help"], HEAVY | {"thermaxis.cli.axis", "thermaxis.report"}),
         (["evaluate", str(EXAMPLE), "--no-drift"], HEAVY - {"numpy", "scipy"}),
-        (["compare", *MODELS, str(LOG)], CHARTS | {"asyncua", "scipy.signal", "scipy.stats"}),
+        pytest.param(
+            ["compare", *MODELS, str(LOG)],
+            CHARTS | {"asyncua", "scipy.signal", "scipy.stats"},
+            marks=pytest.mark.proof,
+        ),
     ],
 )
 def test_nothing_is_imported_that_is_not_needed(words, unwanted):
@@ -41,7 +46,7 @@ print(sorted({unwanted!r} & set(sys.modules)))
 
 @pytest.mark.parametrize(
     ("command", "package", "extra"),
-    [("user", "argon2", "runtime"), ("screen", "asyncua", "runtime")],
+    quick_first(1, [("user", "argon2", "runtime"), ("screen", "asyncua", "runtime")]),
 )
 def test_a_missing_package_is_named_with_the_extra_that_brings_it(command, package, extra):
     code = f"""

@@ -110,6 +110,7 @@ def test_equal_runs_change_by_nothing_and_have_no_warnings(years, capsys):
         assert change["drift_free"] is True
 
 
+@pytest.mark.proof
 def test_a_change_is_compared_with_the_root_of_the_sum_of_squares(write, capsys):
     first, last = made(7, year=2022), made(8, year=2026)
     last = replace(last, deviation=last.deviation + 0.05 * last.target[:, None, None])
@@ -243,6 +244,7 @@ def test_outputs_that_cannot_be_are_refused_before_anything_is_read(years, tmp_p
         assert code_of("trend", *years, nothing, *options) == code
 
 
+@pytest.mark.proof
 def test_the_chart_is_drawn_of_one_run_and_of_runs_without_dates_or_one_direction(
     write, tmp_path, capsys
 ):

@@ -9,10 +9,12 @@ import pytest
 
 from thermaxis.cli import main
 from thermaxis.cli._arguments import adder
+from thermaxis.cli.thermal import _thermal_logs
 from thermaxis.compensation import CompensationModel, Output, Part, Section
 from thermaxis.files import write_model, write_thermal_log
-from thermaxis.thermal import ThermalLog
+from thermaxis.thermal import ThermalLog, with_one_clock
 
+pytestmark = pytest.mark.usefixtures("one_clock_and_regime")
 LAGS = (Section(8.0, 900.0), Section(12.0, 5000.0))
 MODEL = CompensationModel(outputs=(Output("Z_um", (Part("spindle", "T_C", "", 0.0, LAGS),)),))
 
@@ -129,7 +131,8 @@ def test_models_are_ranked_by_runs_that_began_alike(tmp_path, capsys):
     assert figures["rmse_um"] == pytest.approx(figures["static_rmse_um"], rel=0.01)
 
 
-def test_displacements_by_another_clock_are_named_and_judged_as_they_are(tmp_path):
+def test_displacements_by_another_clock_are_named_and_judged_as_they_are(tmp_path, monkeypatch):
+    monkeypatch.setattr(_thermal_logs, "with_one_clock", with_one_clock)
     words = written(tmp_path, states_k=0.0, late_rows=20)
     log = np.loadtxt(words[1], delimiter=",", skiprows=1)
     rows = int(np.sum(np.isfinite(log[:, -1])))

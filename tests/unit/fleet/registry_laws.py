@@ -133,6 +133,7 @@ class RegistryLaws:
             (night,) = registry.nights(LAST)
             assert night.result["minutes"] == 15
 
+    @pytest.mark.proof
     def test_of_two_programs_at_once_each_night_is_stored_by_one(
         self, made: Made, url: str, password: str
     ) -> None:

@@ -153,6 +153,7 @@ def expected(lake: Path) -> dict[str, object]:
     return json.loads(json.dumps(stored))
 
 
+@pytest.mark.proof
 def test_nights_are_the_same_whatever_the_engine_and_only_what_is_missing_is_done(
     engine, lake, expected, tmp_path
 ):

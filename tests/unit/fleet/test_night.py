@@ -7,6 +7,7 @@ from datetime import date, timedelta
 import polars as pl
 import pytest
 
+from tests.proofs import quick_first
 from tests.unit.fleet.fleet_machines import (
     FIRST,
     GAIN,
@@ -64,7 +65,7 @@ def test_a_true_model_leaves_the_noise_of_the_probe_and_a_wrong_gain_its_share(d
     assert wrong.within_two_sigma < 0.9 < true.within_two_sigma
 
 
-@pytest.mark.parametrize("corrected", [0.0, 0.7, 1.3])
+@pytest.mark.parametrize("corrected", quick_first(1, [0.0, 0.7, 1.3]))
 def test_what_was_corrected_says_nothing_of_the_model(plain, corrected):
     one, other = (night.outputs["Z_um"] for night in (plain, found(days_of(Truth(0, corrected)))))
     for key in ("rmse_um", "mean_um", "mae_um", "uncompensated_um"):
@@ -121,6 +122,7 @@ def test_a_clock_that_went_back_is_said_and_a_minute_that_came_twice_counts_once
     assert result.minutes == MINUTES
 
 
+@pytest.mark.proof
 def test_machines_that_were_off_for_hours_are_verified_as_well(days):
     holes = [day.filter((pl.col(MINUTE).dt.hour() < 1) | (pl.col(MINUTE).dt.hour() > 5))
              for day in days]  # fmt: skip
@@ -134,6 +136,7 @@ def test_a_result_is_json(plain):
     assert json.loads(text)["outputs"]["Z_um"]["rows"] == MINUTES // 30
 
 
+@pytest.mark.proof
 def test_where_the_day_shows_a_better_model_it_is_proposed_with_its_origin_and_else_none(
     days, plain
 ):
@@ -156,6 +159,7 @@ def test_where_the_day_shows_a_better_model_it_is_proposed_with_its_origin_and_e
     assert again.outputs["Z_um"].rmse_um < 0.5 * wrong.outputs["Z_um"].rmse_um
 
 
+@pytest.mark.proof
 def test_a_datum_that_was_set_anew_names_nobody_unless_it_is_not_told():
     told = days_of(Truth(5, days=6, datum_um=30.0))
     before = _stored(told, 3)

@@ -96,6 +96,7 @@ def test_machines_that_are_built_differently_or_too_few_have_no_median() -> None
         sister_model({**two, "C": other})
 
 
+@pytest.mark.proof
 def test_three_days_of_touches_take_a_new_machine_from_the_median_to_its_own_model() -> None:
     """Shrunk towards the median, as gains and time constants have a prior about those in force."""
     random = np.random.default_rng(1)

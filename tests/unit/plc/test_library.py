@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from blark.parse import parse_source_code
 
+from tests.proofs import quick_first
 from tests.unit.plc.compiled import Compiled, compiled
 from tests.unit.plc.equal_parts import (
     FLAGS,
@@ -92,6 +93,7 @@ def test_another_compiler_says_the_same(compiler: str, tmp_path: Path) -> None:
     assert difference(record, CLibrary(path).run(block.name, record)) == ""
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("name", ["eps1", "eps2"])
 def test_real_stays_near_lreal_in_the_first_hour_of_the_papers_models(
     name: str, tmp_path: Path
@@ -185,7 +187,7 @@ def test_the_version_of_the_texts_is_that_of_the_exporter() -> None:
 # ---- the model alone ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", quick_first(1, range(6)))
 def test_the_model_alone_is_the_model_of_the_cycle_with_its_limits_and_its_rate(seed: int) -> None:
     """In both languages: in the first call of the cycle it starts, in every one of its own."""
     settings = random_settings(seed)
@@ -367,7 +369,7 @@ def written(files: dict[str, str], folder: Path) -> list[Path]:
     return [folder / name for name in files if name.endswith(".c")]
 
 
-@pytest.mark.parametrize("block", EVERY)
+@pytest.mark.parametrize("block", quick_first(1, EVERY))
 def test_each_source_compiles_alone_without_a_warning(block: Block, tmp_path: Path) -> None:
     for source in written(block.c(), tmp_path):
         built = compiler(*FLAGS, "-O1", "-c", source, "-o", tmp_path / "block.o")

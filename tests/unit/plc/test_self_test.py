@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.proofs import quick_first
 from tests.unit.plc.equal_parts import FLAGS, CBlock, CLibrary, c_library, demanded_settings
 from tests.unit.plc.mutants import every_mutant
 from tests.unit.plc.plc_scenarios import random_settings, with_touches
@@ -78,6 +79,7 @@ def verdicts(
     }
 
 
+@pytest.mark.proof
 def test_it_passes_in_structured_text_whatever_the_model_and_not_before_its_last_call(
     tmp_path: Path,
 ) -> None:
@@ -92,6 +94,7 @@ def test_it_passes_in_structured_text_whatever_the_model_and_not_before_its_last
         assert said[name][-1] == said[name][test.calls]
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(("cycle_s", "settle_s"), [(0.1, 60.0), (0.1, 300.0), (1.0, 1800.0)])
 def test_a_wait_that_does_not_fit_ends_nothing_and_head_and_guide_say_what_is_left_out(
     cycle_s: float, settle_s: float
@@ -123,7 +126,7 @@ def test_a_state_for_which_there_are_not_calls_enough_is_named() -> None:
     assert "state 1 Warming" not in said
 
 
-@pytest.mark.parametrize("k", range(len(BLOCKS)))
+@pytest.mark.parametrize("k", quick_first(1, range(len(BLOCKS))))
 def test_scl_means_the_same_and_every_text_fits_the_target(k: int) -> None:
     block, test = BLOCKS[k], made(k)
     st = st_as_c({**block.st(), **test.st()}.values(), "t")
@@ -136,7 +139,7 @@ def test_scl_means_the_same_and_every_text_fits_the_target(k: int) -> None:
     assert k or self_test_of(block) == test
 
 
-@pytest.mark.parametrize("k", [0, 2])
+@pytest.mark.parametrize("k", quick_first(1, [0, 2]))
 def test_in_c_it_is_a_function_that_returns_zero_or_the_row_that_is_wrong(
     k: int, tmp_path: Path
 ) -> None:
@@ -163,6 +166,7 @@ def c_verdict(files: Mapping[str, str], folder: Path) -> int:
     return verdict
 
 
+@pytest.mark.proof
 def test_a_mistake_in_a_number_of_the_block_or_in_the_library_fails_it(tmp_path: Path) -> None:
     """A tenth on a gain, a lag, a limit, a rate, a border; and single words of the library."""
     test = self_test_of(TESTED)

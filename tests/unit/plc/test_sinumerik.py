@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from tests.proofs import quick_first
 from tests.unit.compensation import bench
 from tests.unit.plc.compiled import Compiled
 from tests.unit.plc.equal_parts import CBlock, CLibrary, c_library
@@ -306,7 +307,7 @@ def test_a_clock_that_begins_anew_or_is_none_makes_nothing_younger(wrong_s: floa
     assert (said["read_ok"], said["stopped"]) == (0.0, 1.0)
 
 
-@pytest.mark.parametrize(("get", "put"), [(1, 1), (2, 2), (8, 3), (3, 18), (30, 1)])
+@pytest.mark.parametrize(("get", "put"), quick_first(1, [(1, 1), (2, 2), (8, 3), (3, 18), (30, 1)]))
 def test_what_somebody_writes_is_read_and_goes_back_by_steps_at_every_moment_of_a_cycle(
     get: int, put: int
 ) -> None:
@@ -346,7 +347,7 @@ def test_a_job_that_is_never_answered_and_one_that_takes_too_long_are_told(job: 
     assert not said[-1]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", quick_first(2, range(6)))
 def test_whatever_the_service_does_only_what_stood_there_counts_as_read(seed: int) -> None:
     rng = random.Random(seed)  # noqa: S311 - a test that can be repeated
     control = Control(double=seed % 2 == 0)
@@ -419,7 +420,7 @@ def test_a_warm_machine_has_minus_its_displacement_in_the_setting_data() -> None
     assert machine.block.read_z_um == pytest.approx(machine.block.correction_z_um, abs=0.05)
 
 
-@pytest.mark.parametrize("job", ["get", "put"])
+@pytest.mark.parametrize("job", quick_first(1, ["get", "put"]))
 def test_a_service_that_never_answers_holds_then_fades_and_an_answer_at_last_goes_on(
     job: str,
 ) -> None:
@@ -440,7 +441,7 @@ def test_a_service_that_never_answers_holds_then_fades_and_an_answer_at_last_goe
     assert machine.control.offset_um == pytest.approx(-18.0, abs=0.1)
 
 
-@pytest.mark.parametrize("end", ["nothing", "error"])
+@pytest.mark.parametrize("end", quick_first(1, ["nothing", "error"]))
 def test_jobs_that_write_nothing_are_a_fault_and_never_taken_for_written(end: str) -> None:
     machine = Machine()
     machine.warm()
@@ -452,7 +453,9 @@ def test_jobs_that_write_nothing_are_a_fault_and_never_taken_for_written(end: st
     assert machine.control.offset_um == pytest.approx(-15.0, abs=0.05)
 
 
-@pytest.mark.parametrize(("job", "errors", "state"), [("get", 5, HOLDING), ("put", 2, ACTIVE)])
+@pytest.mark.parametrize(
+    ("job", "errors", "state"), quick_first(1, [("get", 5, HOLDING), ("put", 2, ACTIVE)])
+)
 def test_jobs_with_errors_are_counted_and_tried_again(job: str, errors: int, state: int) -> None:
     machine = Machine()
     machine.warm()

@@ -101,7 +101,10 @@ def with_line(exported: PlcSettings, line: LineSettings, language: str = "st") -
     return Compiled(Block(settings=exported, line=line), language=language)
 
 
-@pytest.mark.parametrize("positions", [(100.0, 900.0), (-50.5, 300.3, 1200.0)])
+@pytest.mark.parametrize(
+    "positions",
+    [(100.0, 900.0), pytest.param((-50.5, 300.3, 1200.0), marks=pytest.mark.proof)],
+)
 def test_the_block_with_a_line_is_the_cycle_with_the_line_as_its_law_says(
     positions: tuple[float, ...],
 ) -> None:
@@ -294,6 +297,7 @@ def test_the_guide_names_how_far_the_line_moves_in_one_call_and_it_moves_no_furt
     assert 0.1 * slope_step < largest[1] <= slope_step
 
 
+@pytest.mark.proof
 def test_a_bound_that_never_acts_is_named_among_what_is_not_in_the_rows() -> None:
     exported = settings_at((0.0, 500.0), cycle_s=8.0)
     line = LineSettings(positions_mm=(0.0, 500.0), away=True)

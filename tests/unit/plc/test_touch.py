@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from tests.proofs import quick_first
 from tests.unit.plc.compiled import compiled
 from tests.unit.plc.equal_parts import Task, compared_together
 from tests.unit.plc.plc_scenarios import corrections_of, quiet_inputs
@@ -154,13 +155,16 @@ def every_touched() -> list[Stated]:
 
 @pytest.mark.parametrize(
     ("of", "words"),
-    [
-        (ordinary, "believed confirmed excluded untimely unusable too_far too_many_excluded"),
-        (begun_anew, "believed excluded untimely"),
-        (without_effect, "believed excluded no_effect"),
-        (without_effect_far_apart, "believed excluded no_effect"),
-        (drifting, "believed"),
-    ],
+    quick_first(
+        2,
+        [
+            (ordinary, "believed confirmed excluded untimely unusable too_far too_many_excluded"),
+            (begun_anew, "believed excluded untimely"),
+            (without_effect, "believed excluded no_effect"),
+            (without_effect_far_apart, "believed excluded no_effect"),
+            (drifting, "believed"),
+        ],
+    ),
 )
 def test_every_touch_becomes_what_it_becomes_in_the_cycle(of: Any, words: str) -> None:
     said = side_by_side(*of())
@@ -222,6 +226,7 @@ def test_what_only_shows_is_added_to_nothing(allowed: bool) -> None:
     assert 1.0 < block.std_z_um < 2.0
 
 
+@pytest.mark.proof
 def test_the_vectors_reach_every_outcome_and_the_block_says_them() -> None:
     settings = touched_settings(cycle_s=10.0)
     vectors = vectors_of(settings, most_calls=20_000)

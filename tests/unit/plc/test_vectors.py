@@ -58,6 +58,7 @@ def test_a_reader_of_the_text_alone_gets_every_output_of_the_block_to_the_last_b
         assert {name: float(row[name]) for name in said} == said, row
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("seed", [1, pytest.param(6, marks=pytest.mark.proof)])
 def test_in_real_states_and_words_are_equal_and_numbers_within_the_tolerance(seed: int) -> None:
     settings = random_settings(seed, double=False)
@@ -164,6 +165,7 @@ def require_workpieces(rows: list[dict[str, str]], part: Part, settings: PlcSett
     assert kinds == {"inside", "outside", "unknown"}
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     "name",
     [
@@ -175,6 +177,7 @@ def test_the_vectors_of_an_example_have_everything_that_was_promised(name: str) 
     require_promised(of_example(MODELS / f"{name}.json", cycle_s=10.0), reaches=True)
 
 
+@pytest.mark.proof
 def test_the_vectors_of_the_lathe_name_the_limits_that_it_cannot_reach() -> None:
     assert require_promised(of_lathe(cycle_s=10.0), reaches=False) == {
         "upper limit of z_um",

@@ -160,6 +160,7 @@ def test_a_step_in_a_pause_is_said_to_be_at_once_or_slow() -> None:
     assert when.code == "change-in_pause"
 
 
+@pytest.mark.proof
 def test_four_steps_in_one_direction_are_no_correlated_noise() -> None:
     places = (35, 70, 115, 160)
     result = evaluate_drift(warm(4, sum(3.0 * after(place) for place in places)))
@@ -170,6 +171,7 @@ def test_four_steps_in_one_direction_are_no_correlated_noise() -> None:
         assert change.size == pytest.approx(3.0, abs=3.0 * change.std)
 
 
+@pytest.mark.proof
 def test_a_step_in_turbulent_air_is_named_beside_the_turbulence() -> None:
     air, keep = np.random.default_rng(12).normal(size=TIME_S.size), np.exp(-STOP_S / 60.0)
     for k in range(1, air.size):
@@ -212,6 +214,7 @@ def test_an_outlier_that_is_the_first_or_last_reading_is_named(reading: int) -> 
     assert evaluate_drift(test).outliers == ()
 
 
+@pytest.mark.proof
 def test_outliers_that_stay_in_the_model_are_said() -> None:
     test = warm(16)
     deviation = test.deviation.copy()
@@ -223,6 +226,7 @@ def test_outliers_that_stay_in_the_model_are_said() -> None:
 
 
 # A few runs; benchmarks/drift_changes.py has hundreds.
+@pytest.mark.proof
 def test_what_is_smooth_noisy_or_slow_is_no_step() -> None:
     rng = np.random.default_rng(11)
     hall = np.sin(2.0 * np.pi * TIME_S / 1500.0)

@@ -222,6 +222,7 @@ def test_the_probability_of_a_spread_is_that_of_the_f_distribution() -> None:
     assert only(diagnose(test, drift), "spread").p_value == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.proof
 def test_the_spread_test_keeps_its_level_on_targets_that_scatter_alike() -> None:
     named = 0
     for seed in range(60):

@@ -7,6 +7,7 @@ import pytest
 from scipy.linalg import null_space
 from scipy.stats import beta, f as f_distribution, norm, t as student
 
+from tests.proofs import quick_first
 from thermaxis.positioning import FloatArray, evaluate_drift
 from thermaxis.positioning.drift import Readings, fit, penalty_of, sums_of
 from thermaxis.positioning.drift._drift_tests import apart, drift_test, exceeded, moved_alone
@@ -160,7 +161,9 @@ def test_a_target_of_its_own_is_tested_as_by_dense_generalised_least_squares(
         assert p[target] == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize(("cycles", "period_min"), [(5, 10.0), (10, 15.0), (30, 10.0), (60, 20.0)])
+@pytest.mark.parametrize(
+    ("cycles", "period_min"), quick_first(2, [(5, 10.0), (10, 15.0), (30, 10.0), (60, 20.0)])
+)
 def test_a_swing_of_the_hall_is_found_in_short_and_long_runs(
     cycles: int, period_min: float
 ) -> None:

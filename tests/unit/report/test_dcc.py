@@ -19,6 +19,7 @@ import pytest
 from dcclib.validation import SchematronValidator
 from lxml import etree
 
+from tests.proofs import quick_first
 from tests.unit.report.builders import make_report, make_run
 from thermaxis.cli import main
 from thermaxis.files import DecisionRule, FigureLimits, read_positioning
@@ -166,7 +167,7 @@ def faults(xml: bytes, schema: etree.XMLSchema, rules: SchematronValidator) -> l
     return wrong + [f"{one.location} {one.text}" for one in said if one.role != "information"]
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", quick_first(4, CASES))
 def test_it_is_valid(case: str, schema: etree.XMLSchema, rules: SchematronValidator) -> None:
     assert faults(dcc_xml(report(case)), schema, rules) == []
 
@@ -247,7 +248,7 @@ UNITS = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", quick_first(4, CASES))
 def test_every_digit_is_that_of_the_json(
     case: str, published: dict[str, tuple[str, str, str]]
 ) -> None:
@@ -546,6 +547,7 @@ RUN = "cycle,direction,target_mm,deviation_um\n" + "".join(
 )
 
 
+@pytest.mark.proof
 @pytest.mark.usefixtures("no_charts")
 def test_the_command_says_that_it_is_a_draft_and_refuses_it_as_final(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -290,6 +290,7 @@ def test_the_bands_are_two_standard_uncertainties(
     assert np.min(vertices[:, 1]) == pytest.approx(np.min(drift.common - 2.0 * drift.common_std))
 
 
+@pytest.mark.proof
 def test_temperatures_are_drawn_below_and_other_channels_are_not() -> None:
     test = make_run()
     values = np.full(test.deviation.shape, 20.0)
@@ -316,6 +317,7 @@ def test_temperatures_are_drawn_below_and_other_channels_are_not() -> None:
     assert words[1:] in words_of(section_of(report))
 
 
+@pytest.mark.proof
 def test_a_long_run_is_drawn_in_part_and_the_chart_says_so() -> None:
     long = make_run(9, 150)
     report = make_report(long, drift=evaluate_drift(long))
@@ -365,6 +367,7 @@ def test_a_run_that_does_not_drift_is_left_as_it_was() -> None:
     assert all(row[1].startswith("0.0") for row in tables_of(section_of(report))[0].rows)
 
 
+@pytest.mark.proof
 def test_the_order_as_time_is_named_in_figure_and_certificate() -> None:
     timed = make_run()
     test = replace(timed, time_source=TimeSource.ORDER, time_s=None)
@@ -387,6 +390,7 @@ def test_the_order_as_time_is_named_in_figure_and_certificate() -> None:
     assert float(curves_table(report)["order"][-1]) == test.deviation.size
 
 
+@pytest.mark.proof
 def test_a_unidirectional_run_has_one_direction_and_no_reversal() -> None:
     report = drifting(make_run(cycles=8, approaches="backward"))
     labels = [label for label in legend_of(draw(report)) if label.startswith("readings")]
@@ -398,6 +402,7 @@ def test_a_unidirectional_run_has_one_direction_and_no_reversal() -> None:
     assert set(readings_table(report)["direction"]) == {"backward"}
 
 
+@pytest.mark.proof
 def test_a_rotary_axis_drifts_in_arcseconds() -> None:
     report = drifting(make_run(kind=AxisKind.ROTARY, length=360.0))
     for table in (readings_table(report), curves_table(report)):
@@ -409,6 +414,7 @@ def test_a_rotary_axis_drifts_in_arcseconds() -> None:
     assert draw(report).axes[2].get_ylabel().endswith("[arcsec]")
 
 
+@pytest.mark.proof
 def test_an_outlier_is_named_in_the_certificate_and_marked_in_the_figure() -> None:
     test = make_run(9, 10)
     deviation = test.deviation.copy()

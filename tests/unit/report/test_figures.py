@@ -78,6 +78,7 @@ def test_every_chart_is_written_as_png_svg_and_csv(written: Written) -> None:
     assert (folder / "iso230_2.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 
+@pytest.mark.proof
 def test_the_same_report_gives_the_same_bytes(
     written: Written, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -240,6 +241,7 @@ def test_a_single_run_has_no_bands_and_says_so() -> None:
     assert labels == ["deviation forward ↑", "reference: position 1 in cycle 1"]
 
 
+@pytest.mark.proof
 def test_readings_without_any_spread_are_drawn() -> None:
     for targets in (1, 3):
         deviation = np.full((targets, 2, 2), 7.5)
@@ -287,6 +289,7 @@ def test_a_rotary_axis_is_drawn_in_degrees_and_arcseconds(tmp_path: Path) -> Non
     assert axes.get_ylabel() == "deviation [arcsec]"
 
 
+@pytest.mark.proof
 def test_hostile_text_is_drawn_as_text() -> None:
     for text in HOSTILE:
         header = {"title": text, "axis": text}
@@ -372,6 +375,7 @@ def test_a_folder_that_cannot_be_made_is_an_error_in_words(tmp_path: Path) -> No
         write_figures(make_report(make_run(3, 2)), tmp_path / "file" / "folder")
 
 
+@pytest.mark.proof
 def test_the_monte_carlo_chart_has_its_counts_beside_it(tmp_path: Path) -> None:
     result = montecarlo_difference(samples=500, repetitions=50, sigma_a=2.0)
     paths = write_montecarlo_figures(result, tmp_path)

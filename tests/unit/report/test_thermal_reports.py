@@ -313,6 +313,7 @@ def test_a_static_regression_that_is_better_is_said_in_strong_words(
     assert not baseline_words(result.pooled).strong
 
 
+@pytest.mark.proof
 def test_several_logs_have_their_own_figures_and_charts(
     log: ThermalLog, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -329,6 +330,7 @@ def test_several_logs_have_their_own_figures_and_charts(
     assert any("Only the first 4 logs are drawn" in text for text in texts_of(document))
 
 
+@pytest.mark.proof
 def test_many_outputs_and_parts_stay_readable(log: ThermalLog) -> None:
     names = [f"Z{k}_um" for k in range(9)]
     columns = {
@@ -481,6 +483,7 @@ def test_the_same_result_gives_the_same_bytes(log: ThermalLog, tmp_path: Path) -
     assert "Z_D_um" in text
 
 
+@pytest.mark.proof
 def test_an_identification_is_written_as_pdf_and_html(
     found: Identification, records: Records, log: ThermalLog, tmp_path: Path
 ) -> None:
@@ -505,6 +508,7 @@ def test_another_suffix_is_refused_before_anything_is_drawn(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.proof
 def test_hostile_names_show_themselves_and_are_never_obeyed(tmp_path: Path) -> None:
     names = {"T_spindle_C": HOSTILE[1].removesuffix("_um") + "_C", "Z_D_um": HOSTILE[3]}
     log = replace(make_log(rows=90, names=names), name=HOSTILE[2])
@@ -538,6 +542,7 @@ def test_hostile_names_show_themselves_and_are_never_obeyed(tmp_path: Path) -> N
             assert not any(cell.startswith(("=", "+", "@")) for cell in row[:3])
 
 
+@pytest.mark.proof
 def test_figures_are_written_as_png_svg_and_csv_and_repeat(
     charts: dict[str, ThermalChart], tmp_path: Path
 ) -> None:

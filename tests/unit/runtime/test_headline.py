@@ -82,7 +82,7 @@ def statuses(draw: st.DrawFn) -> RuntimeStatus:
 
 
 @given(statuses(), st.sampled_from(LANGUAGES))
-@settings(max_examples=150)
+@settings(max_examples=60)
 def test_every_status_has_a_headline_with_words_and_a_remedy_in_every_language(
     told: RuntimeStatus, language: Any
 ) -> None:
@@ -95,7 +95,7 @@ def test_every_status_has_a_headline_with_words_and_a_remedy_in_every_language(
 
 
 @given(statuses())
-@settings(max_examples=150)
+@settings(max_examples=60)
 def test_the_cause_is_named_before_the_state(told: RuntimeStatus) -> None:
     found = headline(told)
     state, at_work = told.output.state, told.enabled

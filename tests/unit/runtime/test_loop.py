@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from tests.proofs import quick_first
 from tests.unit.runtime.simulated import (
     FLAGS,
     GOAL_UM,
@@ -189,7 +190,7 @@ async def test_cycles_that_are_missed_are_counted_and_cost_no_step() -> None:
 
 
 @pytest.mark.parametrize(
-    ("frozen_s", "cycle_s"), [(1.6, 1.0), (2.9, 0.1), (5.0, 0.1), (3000.0, 1.0)]
+    ("frozen_s", "cycle_s"), quick_first(2, [(1.6, 1.0), (3000.0, 1.0), (2.9, 0.1), (5.0, 0.1)])
 )
 async def test_a_loop_that_was_frozen_goes_on_from_where_the_watchdog_left_the_offset(
     frozen_s: float, cycle_s: float

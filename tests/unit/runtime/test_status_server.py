@@ -724,6 +724,7 @@ asyncio.run(served_again())
 """
 
 
+@pytest.mark.proof
 def test_servers_are_opened_after_what_makes_the_standards_nodes_was_forgotten() -> None:
     words = [sys.executable, "-c", FORGETTING]
     said = subprocess.run(words, capture_output=True, encoding="utf-8", check=True)

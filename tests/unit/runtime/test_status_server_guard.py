@@ -482,6 +482,7 @@ async def test_a_flood_of_connections_keeps_nobody_from_logging_in(pairs: Pairs)
 # ---- guesses ----------------------------------------------------------------------------------
 
 
+@pytest.mark.proof
 @scene
 async def test_a_guesser_is_refused_and_the_right_password_counts_again_after_a_minute(
     pairs: Pairs,

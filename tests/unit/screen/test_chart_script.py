@@ -69,7 +69,7 @@ def test_a_band_has_an_outline_for_each_stretch_that_holds_both_edges() -> None:
     ]
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(
     st.lists(
         st.tuples(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.integers(3, 20)),

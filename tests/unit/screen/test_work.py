@@ -145,6 +145,7 @@ def test_children_that_outlive_their_command_are_ended_too(tmp_path: Path) -> No
     assert wait_until_gone(int(files["pid"]))
 
 
+@pytest.mark.proof
 def test_a_command_that_computes_for_ever_ends_at_the_limit_of_the_processor(
     tmp_path: Path,
 ) -> None:

@@ -163,6 +163,7 @@ def test_the_source_that_hardly_ran_is_the_one_to_run_and_what_it_tells_is_fores
     assert next(test for test in both.tests if test.input == "table").own_um < best.after_um
 
 
+@pytest.mark.proof
 def test_what_never_moved_is_named_and_a_hall_is_not_to_be_heated() -> None:
     truth = ThermalModel(tuple(ModalPart(n, 1.0, [9.0], [1500.0]) for n in NAMES))
     made = made_by(truth, 0.5)

@@ -88,6 +88,7 @@ def test_other_runs_are_judged_by_fits_that_never_saw_them() -> None:
     assert held.rmse_um["model"] > 5.0
 
 
+@pytest.mark.proof
 def test_one_run_is_judged_by_its_later_part_and_promises_no_other() -> None:
     log = warmed(3)
     own = identify(records_of([log], INPUTS, ["Z_um"])).outputs[0]
@@ -107,6 +108,7 @@ def test_one_run_is_judged_by_its_later_part_and_promises_no_other() -> None:
     assert identify(records_of([few], INPUTS, ["Z_um"])).outputs[0].held_out is None
 
 
+@pytest.mark.proof
 def test_rows_in_which_an_input_had_failed_judge_nothing_and_are_counted() -> None:
     log = warmed(3)
     name = next(channel for channel in log.columns if channel != "Z_um")
@@ -127,6 +129,7 @@ def test_rows_in_which_an_input_had_failed_judge_nothing_and_are_counted() -> No
     assert own.training_rmse_um["static"] == pytest.approx(np.sqrt(np.mean(static**2)))
 
 
+@pytest.mark.proof
 def test_a_model_of_inputs_that_say_nothing_is_not_to_be_used() -> None:
     random = np.random.default_rng(4)
     z = warmed(4).columns["Z_um"]
@@ -148,6 +151,7 @@ def test_a_model_of_inputs_that_say_nothing_is_not_to_be_used() -> None:
     assert "warning-explains_nothing" not in {w.code for w in true.warnings}
 
 
+@pytest.mark.proof
 def test_a_model_that_leaves_less_than_all_that_was_known_before_is_not_condemned() -> None:
     random = np.random.default_rng(6)
     a = np.append(np.repeat(random.uniform(0.0, 4.0, 13), 20), np.zeros(20))
@@ -161,6 +165,7 @@ def test_a_model_that_leaves_less_than_all_that_was_known_before_is_not_condemne
     assert not {w.code for w in own.warnings} & {"warning-explains_nothing", "warning-not_fit"}
 
 
+@pytest.mark.proof
 def test_what_is_advised_can_be_done_and_leaves_what_was_said() -> None:
     """Gains without a lag on a machine with lags: averages leave far less, and are a method."""
     records = records_of([warmed(6, 900.0), warmed(7, 900.0)], INPUTS, ["Z_um"])
@@ -174,6 +179,7 @@ def test_what_is_advised_can_be_done_and_leaves_what_was_said() -> None:
     assert "warning-not_fit" not in {w.code for w in identify(records).outputs[0].warnings}
 
 
+@pytest.mark.proof
 def test_polynomials_that_lags_cannot_follow_are_refused_with_the_reason() -> None:
     """A pair of poles that rings fast is left out of a model file: rows that show it refuse it."""
     random = np.random.default_rng(5)

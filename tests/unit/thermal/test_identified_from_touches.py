@@ -68,6 +68,7 @@ def test_each_quarter_of_the_touches_is_judged_by_a_model_of_the_others() -> Non
     assert found.held_out.rmse_um["model"] == pytest.approx(rmse_um, rel=1e-9)
 
 
+@pytest.mark.proof
 def test_a_good_model_of_few_touches_is_not_condemned_by_rules_that_fit_their_noise() -> None:
     few = touched(2, hours=28.0)
     random = np.random.default_rng(2)
@@ -81,6 +82,7 @@ def test_a_good_model_of_few_touches_is_not_condemned_by_rules_that_fit_their_no
     assert not said(found) & WRONG
 
 
+@pytest.mark.proof
 def test_touches_that_follow_no_input_are_told_so() -> None:
     one = touched(3)
     z = one.columns["Z_um"]
@@ -130,6 +132,7 @@ def test_dc_gains_from_touches_lie_within_their_intervals() -> None:
     assert not said(found) & WRONG
 
 
+@pytest.mark.proof
 def test_a_segment_of_its_first_touch_alone_tells_nothing_of_a_drift() -> None:
     whole = touched(1, hours=24.0)
     columns = {name: values.copy() for name, values in whole.columns.items()}
@@ -154,6 +157,7 @@ def far(one: ThermalLog, chip: int, datum: int) -> ThermalLog:
     )
 
 
+@pytest.mark.proof
 def test_a_chip_and_another_datum_are_named_with_their_times_and_not_learnt_from() -> None:
     seed = 6
     truth = ThermalLog.from_columns(dict(log("direct", 48.0, seed, step_s=300.0).columns()))

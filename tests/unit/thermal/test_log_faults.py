@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from benchmarks.virtual_thermal_test import Heating, ThermalTestPlan, generate_thermal_test
+from tests.proofs import quick_first
 from tests.thermal_machines import log as machine_log
 from thermaxis.errors import DataError
 from thermaxis.thermal import (
@@ -243,6 +244,7 @@ def test_displacements_by_another_clock_are_shifted_by_what_it_is_off(shift_s: f
     assert np.isnan(z).sum() == rows
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("gap", [slice(20, 60), slice(1400, 1430)])
 def test_an_input_with_a_gap_near_an_end_of_the_log_is_identified(gap: slice) -> None:
     rng = np.random.default_rng(1)
@@ -261,7 +263,7 @@ def test_an_input_with_a_gap_near_an_end_of_the_log_is_identified(gap: slice) ->
     assert found.outputs[0].model.parts[0].dc_gain == pytest.approx(18.0, rel=0.01)
 
 
-@pytest.mark.parametrize("plan", range(len(PLANS)))
+@pytest.mark.parametrize("plan", quick_first(1, range(len(PLANS))))
 def test_displacements_by_the_same_clock_stay(plan: int) -> None:
     log = made(plan, 1)
     assert with_one_clock(log, INPUTS, ["Z_um"]).columns["Z_um"] is log.columns["Z_um"]
@@ -291,7 +293,7 @@ def test_what_judges_a_model_is_told_of_its_clock_and_stays() -> None:
     assert told.columns["Z_um"] is log.columns["Z_um"]
 
 
-@pytest.mark.parametrize("seed", [1, 4])
+@pytest.mark.parametrize("seed", quick_first(1, [1, 4]))
 def test_a_sensor_that_drifts_by_three_kelvins_is_named_among_the_channels(seed: int) -> None:
     rows = slice(None)
     spindle = made(0, seed).columns["T_spindle_c"] + np.linspace(0.0, 3.0, made(0, seed).rows)
@@ -304,7 +306,7 @@ def test_a_sensor_that_drifts_by_three_kelvins_is_named_among_the_channels(seed:
     assert with_one_clock(made(0, seed), INPUTS, ["Z_um"]) is made(0, seed)
 
 
-@pytest.mark.parametrize("um_per_h", [12.0, -20.0])
+@pytest.mark.parametrize("um_per_h", quick_first(1, [12.0, -20.0]))
 def test_a_displacement_that_drifts_is_told_by_its_rate(um_per_h: float) -> None:
     columns = machine_log("coupled", 8.0, 1, step_s=10.0, probe_um_per_h=um_per_h).columns()
     (said,) = with_one_clock(ThermalLog.from_columns(columns), INPUTS, ["Z_um"]).remarks

@@ -83,6 +83,7 @@ def test_a_delay_that_is_given_is_part_of_an_exact_model():
         assert found.delay_s == true.delay_s
 
 
+@pytest.mark.proof
 def test_missing_rows_leave_an_exact_record_exact_and_a_long_gap_in_an_input_cuts_it():
     whole = exact()
     y, u = whole.y.copy(), whole.u.copy()
@@ -106,6 +107,7 @@ def test_a_displacement_that_is_seen_now_and_then_is_used_where_it_is():
     assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-2)
 
 
+@pytest.mark.proof
 def test_experiments_at_different_sample_times_join_in_any_order():
     both = [exact(seed=6), exact(seed=7, step_s=20.0)]
     for parts in (both, both[::-1]):
@@ -123,6 +125,7 @@ def test_one_input_is_enough():
     assert result.noise_std_um == pytest.approx(0.1, rel=0.3)
 
 
+@pytest.mark.proof
 def test_units_scale_the_gains_and_an_offset_and_the_order_of_inputs_do_not_matter(cold):
     e = virtual()
     u = (e.u * np.array([1.0, 1e3]))[:, ::-1]
@@ -210,6 +213,7 @@ def test_a_warm_test_alone_says_what_it_cannot_show():
     assert result.warnings == (Message("warning-dc_gains_not_supported"),)
 
 
+@pytest.mark.proof
 def test_a_warm_test_beside_a_cold_one_does_not_spoil_what_the_cold_one_knows():
     # Tests whose warm part began far from any steady state: its transients are large and opposed.
     cold, warm = virtual(9), virtual(2009, warm_up_h=5.0)
@@ -244,6 +248,7 @@ def test_white_noise_alone_is_covered_by_the_intervals():
     assert np.mean(np.abs(scaled) < 1.96) >= 0.85
 
 
+@pytest.mark.proof
 def test_a_number_of_lags_and_a_steady_start_may_be_asked_for():
     result = modal([exact()], input_names=NAMES, options=ModalOptions(most_lags=1))
     assert result.model.parts[0].gains.size == 1

@@ -107,6 +107,7 @@ def test_a_column_that_tells_the_regime_is_named_and_both_models_are_found() -> 
     assert not {c for c in codes(identify(records, modal_options=delayed)) if "regimes" in c}
 
 
+@pytest.mark.proof
 def test_rows_held_out_are_measured_ones_and_gains_are_told_of_a_log_by_its_name() -> None:
     first, second = made(), made()
     first["Z_um"][260:] = np.nan
@@ -120,6 +121,7 @@ def test_rows_held_out_are_measured_ones_and_gains_are_told_of_a_log_by_its_name
     assert [m.values["log"] for m in told] == ["a.csv", "b.csv"]
 
 
+@pytest.mark.proof
 def test_no_gains_are_told_where_one_model_leaves_as_little() -> None:
     columns = made()
     late = columns["coolant_on"].size * 7 // 10
@@ -129,6 +131,7 @@ def test_no_gains_are_told_where_one_model_leaves_as_little() -> None:
     assert not found.outputs[0].regimes
 
 
+@pytest.mark.proof
 def test_a_column_that_cools_by_itself_is_no_regime() -> None:
     columns = made()
     u, on = columns["T_c"][:, None] - 20.0, columns["coolant_on"]

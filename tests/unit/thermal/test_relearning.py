@@ -65,6 +65,7 @@ def test_a_slower_spindle_is_proposed_with_about_its_time_constant() -> None:
     assert found.model.reference_c == MODEL.reference_c
 
 
+@pytest.mark.proof
 def test_what_is_right_stays_though_the_tool_wears_and_chips_are_touched() -> None:
     found = relearn(seen(Machine(wear_um=4.0, chips=0.03), 4, night=3), MODEL)
     assert found.model is None
@@ -72,6 +73,7 @@ def test_what_is_right_stays_though_the_tool_wears_and_chips_are_touched() -> No
     assert len(found.outputs[0].candidates) >= 3
 
 
+@pytest.mark.proof
 def test_a_datum_that_is_said_to_be_set_anew_is_as_good_as_none() -> None:
     log, proposal = slower()
     day = (log.time_s - log.time_s[0]) // 86_400.0
@@ -86,6 +88,7 @@ def test_a_datum_that_is_said_to_be_set_anew_is_as_good_as_none() -> None:
     assert found.comparison.new_um == pytest.approx(plain.comparison.new_um, rel=0.1)
 
 
+@pytest.mark.proof
 def test_a_change_needs_no_margin_and_a_model_that_was_always_as_wrong_does() -> None:
     wide = RelearnOptions(margin=0.3)
     found = relearn(slower()[0], MODEL, wide)
@@ -102,6 +105,7 @@ def test_a_change_needs_no_margin_and_a_model_that_was_always_as_wrong_does() ->
     assert min(one.new_um / one.old_um for one in each) < 0.95
 
 
+@pytest.mark.proof
 def test_a_datum_just_before_a_stretch_that_judges_mixes_no_zeros() -> None:
     log, proposal = slower()
     rows = np.flatnonzero(~np.isnan(log.columns["Z_um"]))
@@ -114,6 +118,7 @@ def test_a_datum_just_before_a_stretch_that_judges_mixes_no_zeros() -> None:
         assert other.free_run_um == pytest.approx(one.free_run_um, rel=0.1)
 
 
+@pytest.mark.proof
 def test_touches_that_judge_change_no_candidate() -> None:
     log, proposal = slower()
     newest = log.time_s > log.time_s[-1] - 86_400.0  # the last stretch that judges

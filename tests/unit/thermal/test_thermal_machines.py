@@ -77,6 +77,7 @@ def _errors(
     return dc / test.dc_gain - 1.0, std / test.dc_gain
 
 
+@pytest.mark.proof
 def test_a_probe_that_drifts_does_not_move_dc_gains() -> None:
     """72 um of drift in 72 h; left out of the noise they moved the gains by half and more."""
     errors, stds = _errors("direct", probe_um_per_h=1.0)
@@ -90,6 +91,7 @@ def test_intervals_of_a_short_test_allow_for_a_drift_that_a_slow_lag_explains() 
     assert np.all(np.abs(errors) < 2.5 * stds)
 
 
+@pytest.mark.proof
 def test_without_intervals_the_model_is_the_same_and_nothing_is_flagged_for_it() -> None:
     test = log("coupled", 8.0, 1, step_s=60.0)
     experiment, names = Experiment(60.0, test.u_k, test.z_um), ("spindle", "table")
@@ -105,6 +107,7 @@ def test_intervals_hold_on_a_machine_with_complex_poles_and_a_drift_that_follows
     assert np.all(np.abs(errors) < 3.0 * stds)
 
 
+@pytest.mark.proof
 def test_heat_that_lags_do_not_hold_is_no_drift_of_days() -> None:
     """Taken for a random walk, what complex poles leave cost more than half of the slow heat."""
     learnt, other = (log("coolant", 72.0, seed, step_s=120.0) for seed in (4, 50_004))
@@ -130,6 +133,7 @@ def test_the_channel_that_all_inputs_are_relative_to_is_the_ambient() -> None:
     assert experiment.ambient_k is None
 
 
+@pytest.mark.proof
 def test_a_model_far_worse_on_its_own_rows_than_averages_is_told_with_what_drifts() -> None:
     test = log("coupled", 12.0, 3, step_s=60.0, probe_um_per_h=8.0)
     inputs = [parse_input(f"T_{name}_c-T_column_c") for name in ("spindle", "table")]
@@ -143,6 +147,7 @@ def test_a_model_far_worse_on_its_own_rows_than_averages_is_told_with_what_drift
     assert said.values["drifts"] == "yes"
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("um_per_h", [1.0, 0.0])
 def test_a_probe_that_drifts_is_told_with_its_speed_and_condemns_no_model(um_per_h: float) -> None:
     test = log("direct", 72.0, 3, step_s=300.0, probe_um_per_h=um_per_h)

@@ -234,6 +234,7 @@ def test_a_count_has_no_dirt_and_no_negative_zero() -> None:
     assert counted(-3.26, 0.1) == -3.3
 
 
+@pytest.mark.proof
 def test_weeks_keep_their_memory_and_stay_sane() -> None:
     lathe = VirtualLathe("day", 1)
     for _ in range(12 * 24):

@@ -121,6 +121,7 @@ def test_everything_ends_at_the_steady_state() -> None:
     )
 
 
+@pytest.mark.proof
 def test_the_answer_to_a_swinging_boundary_is_the_one_that_small_steps_settle_to() -> None:
     network, start = random_network(5)
     period = 2.0 / network.rate_per_s[0]

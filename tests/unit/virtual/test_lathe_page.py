@@ -16,6 +16,7 @@ def page(root: Path) -> str:
     return (root / "docs" / "how-to" / "virtual-lathe.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.proof
 def test_every_log_command_runs_and_every_other_is_understood(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
