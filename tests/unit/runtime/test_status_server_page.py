@@ -32,7 +32,8 @@ from thermaxis.runtime.status._sessions import (
 )
 from thermaxis.runtime.users import FAILURES_BY_NAME
 
-PAGE = (Path(__file__).parents[3] / "docs" / "how-to" / "status-server.md").read_text("utf-8")
+DOCS = Path(__file__).parents[3] / "docs"
+PAGE = "".join((DOCS / name).read_text("utf-8") for name in ("how-to/status-server.md", "status.md"))
 ROWS = {line.split("|")[1].strip().strip("`"): line for line in PAGE.splitlines() if "|" in line}
 
 
