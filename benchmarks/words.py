@@ -31,7 +31,8 @@ def counted(names: list[str], read: Callable[[str], str]) -> dict[str, tuple[int
         texts = [read(n) for n in names if n.endswith(".md") and re.match(pattern, n)]
         whole = sum(len(text.split()) for text in texts)
         totals[group] = whole, sum(len(FENCED.sub("", text).split()) for text in texts)
-    totals["together"] = tuple(map(sum, zip(*totals.values(), strict=True)))  # pyright: ignore
+    whole, prose = zip(*totals.values(), strict=True)
+    totals["together"] = sum(whole), sum(prose)
     return totals
 
 

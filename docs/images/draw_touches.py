@@ -1,4 +1,4 @@
-"""Draw `touches.png` of the tutorial on touches: `python docs/images/draw_touches.py cycles.csv`."""
+"""Draw `touches.png` of the tutorial: `python docs/images/draw_touches.py cycles.csv`."""
 
 import csv
 import sys

@@ -72,14 +72,15 @@ TITLES = {
 
 
 _EXTRAS = {
-    "argon2": "runtime",
-    "asyncua": "runtime",
-    "cryptography": "runtime",
-    "fsspec": "runtime",
+    "argon2": "machine",
+    "asyncua": "machine",
+    "cryptography": "machine",
+    "fsspec": "machine",
+    "prometheus_client": "machine",
+    "sqlalchemy": "machine",
+    "websockets": "machine",
     "dask": "fleet",
     "distributed": "fleet",
-    "sqlalchemy": "runtime",
-    "websockets": "screen",
     "psycopg": "postgresql",
 }
 
