@@ -121,7 +121,7 @@ def settings(tabs: list[dict[str, Any]]) -> dict[str, Any]:
         {
             "media": f"(prefers-color-scheme: {scheme})",
             "scheme": {"light": "default", "dark": "slate"}[scheme],
-            "toggle": {"icon": "lucide/sun-moon", "name": f"Light or dark: {scheme}"},
+            "toggle": {"icon": "material/brightness-6", "name": f"Light or dark: {scheme}"},
         }
         for scheme in ("light", "dark")
     ]

@@ -57,6 +57,8 @@ GROUPS = {
     "exchange": {
         "convert": "write any measured run as tidy CSV",
         "export": "write a compensation model as a function block for a PLC",
+        "vectors": "write test vectors, against which other programs are held",
+        "doctor": "print what a bug report needs",
     },
 }
 """Commands with their summaries, by the folder they stand in, in the order of the work."""
