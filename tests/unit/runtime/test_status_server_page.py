@@ -33,7 +33,9 @@ from thermaxis.runtime.status._sessions import (
 from thermaxis.runtime.users import FAILURES_BY_NAME
 
 DOCS = Path(__file__).parents[3] / "docs"
-PAGE = "".join((DOCS / name).read_text("utf-8") for name in ("how-to/status-server.md", "status.md"))
+PAGE = "".join(
+    (DOCS / f"{name}.md").read_text("utf-8") for name in ("how-to/status-server", "status")
+)
 ROWS = {line.split("|")[1].strip().strip("`"): line for line in PAGE.splitlines() if "|" in line}
 
 
