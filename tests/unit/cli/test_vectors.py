@@ -81,3 +81,7 @@ def test_both_parts_are_superposed(folder: Path) -> None:
 
 def test_a_folder_with_files_is_refused(folder: Path) -> None:
     assert refusal("vectors", str(folder)).place.key == "FOLDER"
+
+
+def test_a_folder_that_cannot_be_made_is_refused(folder: Path) -> None:
+    assert refusal("vectors", str(folder / "README.md")).code == "folder_unwritable"

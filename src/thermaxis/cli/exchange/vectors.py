@@ -15,7 +15,6 @@ import numpy as np
 
 from thermaxis import __version__
 from thermaxis.cli._arguments import adder
-from thermaxis.cli._outputs import check_outputs
 from thermaxis.codes import Place
 from thermaxis.compensation import STATED, CompensationModel, Output, Part, Section
 from thermaxis.errors import ConfigurationError
@@ -49,12 +48,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Write the folder."""
     folder: Path = arguments.folder
-    check_outputs([("FOLDER", folder / "README.md")] if folder.exists() else [], [])
-    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
-        place = Place(str(folder), key="FOLDER")
-        raise ConfigurationError("folder_holds_foreign_file", place=place, name=path.name)
-    for place in ("positioning", "thermal"):
-        (folder / place).mkdir(parents=True)
+    place = Place(str(folder), key="FOLDER")
+    if lying := sorted(folder.iterdir()) if folder.is_dir() else []:
+        raise ConfigurationError("folder_holds_foreign_file", place=place, name=lying[0].name)
+    try:
+        for part in ("positioning", "thermal"):
+            (folder / part).mkdir(parents=True)
+    except OSError as error:
+        cause = error.strerror or type(error).__name__
+        raise ConfigurationError("folder_unwritable", place=place, cause=cause) from error
     for name, test in positioning_tests():
         write_tidy_csv(test, folder / "positioning" / f"{name}.csv")
         _write_json(folder / "positioning" / f"{name}.json", _figures(test))
