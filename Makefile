@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev demo demo-fleet test system commands timed check lint format bench
+.PHONY: help setup setup-dev demo demo-fleet test system commands timed check lint format bench site packages
 
 # Tests run side by side: threads inside each would only get in each other's way. One program more
 # than two cores have, because some tests wait for others; those by the clock mostly wait.
@@ -21,6 +21,8 @@ help:
 	@echo "make check   format, lint, types, import contracts, all tests and proofs"
 	@echo "make system  clean installs, a real browser, whole commands"
 	@echo "make bench   what is fast, measured side by side"
+	@echo "make site    the documentation as a site with search: build/site/html/index.html"
+	@echo "make packages  wheel and sdist in dist/, checked"
 
 $(VENV)/.made:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "thermaxis needs Python 3.11 or later; name one: make PYTHON=python3.12")'
@@ -28,7 +30,7 @@ $(VENV)/.made:
 	@touch $@
 
 $(VENV)/.setup: $(VENV)/.made pyproject.toml constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[screen]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[machine]'
 	@touch $@
 
 $(VENV)/.setup-dev: $(VENV)/.made pyproject.toml constraints.txt
@@ -47,7 +49,7 @@ demo: setup
 	@echo "The certificate is demo/certificate.pdf; the same as a page: demo/certificate.html"
 
 $(VENV)/.setup-fleet: $(VENV)/.setup
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[screen,fleet]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[fleet]'
 	@touch $@
 
 demo-fleet: export OMP_NUM_THREADS = 1
@@ -88,3 +90,12 @@ bench: setup-dev
 	$(BIN)/python benchmarks/drift_speed.py
 	$(BIN)/python benchmarks/cycle_cost.py
 	$(BIN)/python benchmarks/loop_cost.py
+
+site: setup-dev
+	$(BIN)/python -m docs.build_site
+
+packages: setup-dev
+	rm -rf dist
+	$(BIN)/python -m build --outdir dist .
+	$(BIN)/twine check --strict dist/*
+	$(BIN)/check-wheel-contents dist/*.whl

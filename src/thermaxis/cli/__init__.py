@@ -57,6 +57,8 @@ GROUPS = {
     "exchange": {
         "convert": "write any measured run as tidy CSV",
         "export": "write a compensation model as a function block for a PLC",
+        "vectors": "write test vectors, against which other programs are held",
+        "doctor": "print what a bug report needs",
     },
 }
 """Commands with their summaries, by the folder they stand in, in the order of the work."""
@@ -72,14 +74,15 @@ TITLES = {
 
 
 _EXTRAS = {
-    "argon2": "runtime",
-    "asyncua": "runtime",
-    "cryptography": "runtime",
-    "fsspec": "runtime",
+    "argon2": "machine",
+    "asyncua": "machine",
+    "cryptography": "machine",
+    "fsspec": "machine",
+    "prometheus_client": "machine",
+    "sqlalchemy": "machine",
+    "websockets": "machine",
     "dask": "fleet",
     "distributed": "fleet",
-    "sqlalchemy": "runtime",
-    "websockets": "screen",
     "psycopg": "postgresql",
 }
 

@@ -204,7 +204,7 @@ def test_the_page_about_planning_shows_what_the_command_prints(root, tmp_path, m
 
 
 def test_the_file_on_the_page_is_a_plan(root, tmp_path):
-    page = (root / "docs" / "how-to" / "plan-a-run.md").read_text(encoding="utf-8")
+    page = (root / "docs" / "settings.md").read_text(encoding="utf-8")
     (shown,) = re.findall(r"```json\n(.*?)```", page, re.DOTALL)
     path = tmp_path / "plan.json"
     path.write_text(shown, encoding="utf-8")

@@ -46,7 +46,7 @@ print(sorted({unwanted!r} & set(sys.modules)))
 
 @pytest.mark.parametrize(
     ("command", "package", "extra"),
-    quick_first(1, [("user", "argon2", "runtime"), ("screen", "asyncua", "runtime")]),
+    quick_first(1, [("user", "argon2", "machine"), ("screen", "asyncua", "machine")]),
 )
 def test_a_missing_package_is_named_with_the_extra_that_brings_it(command, package, extra):
     code = f"""

@@ -115,7 +115,7 @@ def test_keys_of_fields_are_unique() -> None:
 
 
 def test_the_complete_example_of_the_how_to_states_every_field(root: Path, tmp_path: Path) -> None:
-    page = (root / "docs" / "how-to" / "certificate-header.md").read_text(encoding="utf-8")
+    page = (root / "docs" / "settings.md").read_text(encoding="utf-8")
     example = max(re.findall(r"```toml\n(.*?)```", page, re.DOTALL), key=len)
     stated = set(header_of(tmp_path, example))
     rotary = {"feed_deg_per_min", "overrun_deg"}

@@ -47,6 +47,10 @@ def page_of(root: Path) -> str:
     return (root / "docs" / "how-to" / "history.md").read_text(encoding="utf-8")
 
 
+def columns_of(root: Path) -> str:
+    return (root / "docs" / "recorded.md").read_text(encoding="utf-8")
+
+
 def block_of(root: Path, kind: str) -> str:
     return page_of(root).partition(f"```{kind}\n")[2].partition("```")[0]
 
@@ -54,7 +58,7 @@ def block_of(root: Path, kind: str) -> str:
 def test_the_columns_and_headings_of_the_page_are_there(
     root: Path, shift: Path, tmp_path: Path
 ) -> None:
-    section = page_of(root).partition("| heading of an export |")[2].partition("\n\n")[0]
+    section = columns_of(root).partition("| heading of an export |")[2].partition("\n\n")[0]
     rows = [line.split("|")[1:3] for line in section.splitlines() if line.startswith("| `")]
     assert len(rows) > 8
     with HistoryReader(url_of(shift)) as reader:
@@ -148,7 +152,7 @@ def test_the_numbers_of_the_page_are_those_of_the_program(root: Path) -> None:
 
 
 def test_the_kinds_of_events_of_the_page_are_those_of_the_contract(root: Path) -> None:
-    section = page_of(root).partition("| events |")[2].partition("\n\n")[0]
+    section = columns_of(root).partition("| events |")[2].partition("\n\n")[0]
     named = set(re.findall(r"`([a-z]+)`", section))
     source = (root / "src/thermaxis/runtime/_ports.py").read_text(encoding="utf-8")
     told = source.partition("    kind: str\n")[2].partition("who: str")[0]

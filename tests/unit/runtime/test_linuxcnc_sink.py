@@ -737,7 +737,7 @@ def test_halcmd_is_not_started_without_a_linuxcnc_of_the_same_user(
 # ---- the how-to ---------------------------------------------------------------------------------
 
 
-def test_the_how_to_shows_the_file_that_its_configuration_makes(root: Path) -> None:
+def test_the_how_to_shows_the_head_of_the_file_that_its_configuration_makes(root: Path) -> None:
     page = (root / "docs" / "how-to" / "compensate-linuxcnc.md").read_text(encoding="utf-8")
     stated, _ = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     (shown,) = re.findall(r"^```hal\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
@@ -750,4 +750,5 @@ def test_the_how_to_shows_the_file_that_its_configuration_makes(root: Path) -> N
         )
         for name, table in tomllib.loads(stated)["output"].items()
     }
-    assert shown == hal_text(LinuxCncSettings(outputs=outputs))
+    assert shown.count("\n") > 12
+    assert hal_text(LinuxCncSettings(outputs=outputs)).startswith(shown)

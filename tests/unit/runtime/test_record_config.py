@@ -143,7 +143,8 @@ def test_there_is_no_recording_without_a_connection(tmp_path: Path) -> None:
 def test_the_page_on_recording_names_every_key_and_its_example_is_right(
     root: Path, tmp_path: Path
 ) -> None:
-    page = (root / "docs" / "how-to" / "record-a-log.md").read_text(encoding="utf-8")
+    page = (root / "docs" / "settings.md").read_text(encoding="utf-8")
+    shown = (root / "docs" / "how-to" / "record-a-log.md").read_text(encoding="utf-8")
     rows = [line for line in page.splitlines() if line.startswith("| `")]
     keys = " ".join(line.split("|")[1] for line in rows)
     for table in ("RecordSettings", "ChannelSettings"):
@@ -154,7 +155,7 @@ def test_the_page_on_recording_names_every_key_and_its_example_is_right(
         (tmp_path / folder / name).write_text("x\n")
         (tmp_path / folder / name).chmod(0o600)
     (tmp_path / "pki" / "control.der").write_text("x")
-    example = page.split("```toml\n")[1].split("```")[0]
+    example = shown.split("```toml\n")[1].split("```")[0]
     settings = read(tmp_path, example)
     assert [c.heading for c in settings.channels] == [
         "T_spindle_C",
@@ -166,7 +167,7 @@ def test_the_page_on_recording_names_every_key_and_its_example_is_right(
 
 
 def test_the_page_on_recording_states_the_defaults_that_hold(root: Path) -> None:
-    page = (root / "docs" / "how-to" / "record-a-log.md").read_text(encoding="utf-8")
+    page = (root / "docs" / "settings.md").read_text(encoding="utf-8")
     stated = [
         (line.split("`")[1], line.split("|")[3].strip())
         for line in page.splitlines()

@@ -32,7 +32,10 @@ from thermaxis.runtime.status._sessions import (
 )
 from thermaxis.runtime.users import FAILURES_BY_NAME
 
-PAGE = (Path(__file__).parents[3] / "docs" / "how-to" / "status-server.md").read_text("utf-8")
+DOCS = Path(__file__).parents[3] / "docs"
+PAGE = "".join(
+    (DOCS / f"{name}.md").read_text("utf-8") for name in ("how-to/status-server", "status")
+)
 ROWS = {line.split("|")[1].strip().strip("`"): line for line in PAGE.splitlines() if "|" in line}
 
 

@@ -126,7 +126,7 @@ def report_of(
     -------
     dict
         Strings, numbers, lists and mappings; the same for the same input, whatever the day and
-        the machine. Keys: ``docs/how-to/export-to-a-plc.md``.
+        the machine. Keys: ``docs/export-report.md``.
     """
     compensation, target, tested = settings.compensation, facts.target, facts.vectors
     model, rules = compensation.model, compensation.supervisor

@@ -82,15 +82,11 @@ def whole_file(path: Path, *, mode: int | None = None) -> Generator[BinaryIO]:
             stream.flush()
             os.fsync(stream.fileno())
             if mode is not None and os.name == "posix":
-                _keep_owner(path, stream.fileno())
+                with contextlib.suppress(PermissionError, FileNotFoundError):
+                    found = path.stat()
+                    os.fchown(stream.fileno(), found.st_uid, found.st_gid)
                 os.fchmod(stream.fileno(), mode)
         beside.replace(path)
     finally:
         with contextlib.suppress(OSError):
             beside.unlink(missing_ok=True)
-
-
-def _keep_owner(old: Path, new: int) -> None:
-    with contextlib.suppress(PermissionError, FileNotFoundError):
-        found = old.stat()
-        os.fchown(new, found.st_uid, found.st_gid)

@@ -321,7 +321,8 @@ def _remove_if_left(root: Path) -> bool:
     """Remove a folder of ours that no living program holds."""
     try:
         status = root.lstat()
-        ours = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid()
+        owner = os.getuid() if os.name == "posix" else status.st_uid
+        ours = stat.S_ISDIR(status.st_mode) and status.st_uid == owner
         if not ours or status.st_mode & (stat.S_IRWXG | stat.S_IRWXO):
             return False
         if not (root / _LOCK).exists() and time.time() - status.st_mtime < _YOUNG_S:
