@@ -26,7 +26,7 @@ _B = NDArray[np.bool_]
 
 JUDGED_DAYS: Final = 14
 """Nights of so many days are judged together: what lasts longer unmended becomes the past. [1]"""
-FALSE_SHARE: Final = 0.02
+FALSE_SHARE: Final = 0.05
 """Share of the named that is expected to be named by chance. [1]"""
 SISTERS: Final = 8
 """With fewer machines of its kind a machine is compared with those of all kinds. [1]"""
@@ -74,7 +74,7 @@ LEAST: Final = {
     SignKind.REST: 0.25,
 }
 """Smaller departures are no reason to look at a machine, in the sign's unit."""
-TELLS: Final = LEAST | {SignKind.SWAP: 0.15, SignKind.GAIN: 0.05}
+TELLS: Final = LEAST | {SignKind.SWAP: 0.25, SignKind.GAIN: 0.05}
 """A sign is asked where it is not less sure: on a weekend nothing tells of heat."""
 SHARES: Final = {
     SignKind.SWAP: 0.05,
@@ -104,6 +104,8 @@ _PRIOR, _FAR = 4.0, 3.0
 _TOLD: Final = 1e-9
 """Of what nights say of an unknown less is rounding. [1]"""
 _NORMAL_MEDIAN, _NORMAL_90 = 1.4826, 1.6449
+_EFFICIENCY: Final = 0.5
+"""Medians and quantiles tell a spread as well as the standard deviation of so large a part. [1]"""
 _STAYS = 0.3
 """Of a departure so much may still be there on the last night. [1]"""
 _MOST: Final = {SignKind.SWAP: 1.5, SignKind.GAIN: 1.0, SignKind.TIME_CONSTANT: 1.4}
@@ -196,7 +198,8 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
 
     with k the spread of z in the same window, from medians and quantiles that machines at fault do
     not move, not below 1 nor below that of the machine's own nights before. It is that of the
-    machine's kind and sign, where they are few of its kind, or of all. What S does not tell from
+    machine's kind and sign, where they are few of its kind, or of all; z then has Student's
+    distribution with half as many degrees of freedom. What S does not tell from
     nothing is not asked. The smallest probability of all windows and signs, with the share of its
     sign in `SHARES`, is the machine's; of these those are named that hold the share of false names
     at `FALSE_SHARE`.
@@ -467,19 +470,20 @@ def _joined(several: Sequence[_Rows]) -> _Rows:
 
 def _departures(rows: _Rows, kinds: NDArray[np.intp]) -> tuple[_B, _F, dict[int, _Found]]:
     """Return which rows are asked, how probably chance departs so far, and what departs."""
-    from scipy.special import ndtr  # noqa: PLC0415  scipy is slow to import
+    from scipy.special import stdtr  # noqa: PLC0415  scipy is slow to import
 
     sign, of, count = rows.sign, rows.of, len(rows.of)
     size, std, last, last_std, each = rows.changes
     known = ~np.isnan(each)
     asked = np.zeros(count, bool)
-    best = np.zeros((count, 3))  # z, departure, window
+    best = np.zeros((count, 4))  # z, departure, window, degrees of freedom of the spread
+    best[:, 3] = 1.0
     every = np.zeros((count, len(_SHAPES)))
     for number in _OF_DRIFT if sign is SignKind.MEAN else range(len(_WINDOWS)):
         w = (*_WINDOWS, *_DRIFTS)[number]
         t, s = size[:, number], std[:, number]
         seen = np.isfinite(s)
-        beyond, spread = _beside_sisters(t, s, of, kinds, seen)
+        beyond, spread, sisters = _beside_sisters(t, s, of, kinds, seen)
         formal = beyond / s
         own = np.nansum(np.minimum(each[:, :-w] ** 2, (_FAR * spread[:, None]) ** 2), axis=1)
         own = (_PRIOR * spread**2 + own) / (_PRIOR + np.sum(known[:, :-w], axis=1))
@@ -497,14 +501,14 @@ def _departures(rows: _Rows, kinds: NDArray[np.intp]) -> tuple[_B, _F, dict[int,
         if sign is SignKind.SWAP:  # the likelihood of 1 against 0
             formal = np.sqrt(np.maximum(2.0 * t - 1.0, 0.0)) / s
         every[:, number] = formal
-        candidate = np.column_stack([z, beyond, np.full(count, w)])
+        candidate = np.column_stack([z, beyond, np.full(count, w), _EFFICIENCY * sisters])
         best = np.where(better[:, None], candidate, best)
     windows = np.minimum(np.sum(known, axis=1), _INDEPENDENT)
-    p_values = np.minimum(2.0 * ndtr(-np.abs(best[:, 0])) * windows, 1.0)
+    p_values = np.minimum(2.0 * stdtr(best[:, 3], -np.abs(best[:, 0])) * windows, 1.0)
     back = np.minimum(best[:, 2] - 1, JUDGED_DAYS - 1 - np.argmax(known, axis=1))
     found: dict[int, _Found] = {}
     for k in np.flatnonzero(best[:, 2]).tolist():
-        z, beyond, _ = best[k].tolist()
+        z, beyond, *_ = best[k].tolist()
         formal = tuple(np.abs(every[k]).tolist())
         found[k] = _Found(float(p_values[k]), z, formal, sign, "", "", beyond, int(back[k]))
     return asked, p_values, found
@@ -512,12 +516,12 @@ def _departures(rows: _Rows, kinds: NDArray[np.intp]) -> tuple[_B, _F, dict[int,
 
 def _beside_sisters(
     t: _F, s: _F, of: NDArray[np.intp], kinds: NDArray[np.intp], seen: _B
-) -> tuple[_F, _F]:
-    """Return how far each lies from its sisters, and how far its kind spreads, in units of s.
+) -> tuple[_F, _F, _F]:
+    """Return how far each lies from its sisters, how far these spread in units of s, and how many.
 
     A median of few is that of all kinds; a spread of few that of all kinds and keys.
     """
-    apart, spread = t.copy(), np.ones(t.size)
+    apart, spread, count = t.copy(), np.ones(t.size), np.full(t.size, float(SISTERS))
     of_kind = of * (np.max(kinds) + 1) + kinds
     for groups in (of, of_kind):
         for group in np.unique(groups[seen]).tolist():
@@ -531,8 +535,8 @@ def _beside_sisters(
             own = z[rows & seen]
             if own.size >= fewest:
                 wide = (_NORMAL_MEDIAN * np.median(own), np.quantile(own, 0.9) / _NORMAL_90)
-                spread[rows] = max(*wide, 1.0)
-    return apart, spread
+                spread[rows], count[rows] = max(*wide, 1.0), own.size
+    return apart, spread, count
 
 
 def _still(histories: Mapping[str, _History]) -> dict[str, dict[str, int]]:
