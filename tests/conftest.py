@@ -1,13 +1,17 @@
 """Where the real measurements lie; they are read in place and are no part of the project."""
 
 import gc
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 from asyncua.server.internal_server import InternalServer
+from cryptography.hazmat.primitives import serialization
+from cryptography.hazmat.primitives.asymmetric import rsa
 from hypothesis import settings
 from xdist.remote import Producer
 from xdist.scheduler import LoadFileScheduling
@@ -149,6 +153,25 @@ def _quick_hashes() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(_users, "HASH_PASSES", 1)
         patch.setattr(_users, "HASH_MEMORY_KIB", 64)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _quick_keys() -> Iterator[None]:
+    """Let six private keys serve in turn, and each be looked through once."""
+    made: deque[rsa.RSAPrivateKey] = deque(maxlen=6)
+    make = rsa.generate_private_key
+
+    def in_turn(**asked: int) -> rsa.RSAPrivateKey:
+        if len(made) < 6:
+            made.append(make(**asked))
+        made.rotate()
+        return made[0]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rsa, "generate_private_key", in_turn)
+        for name in ("load_pem_private_key", "load_der_private_key"):
+            patch.setattr(serialization, name, cache(getattr(serialization, name)))
         yield
 
 

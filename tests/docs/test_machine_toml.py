@@ -6,6 +6,8 @@ import subprocess
 import sys
 import tomllib
 
+import pytest
+
 from tests.docs.refresh_machine_toml import PAGE, parts_of, refreshed, tables
 from thermaxis.files.settings import schema_of
 from thermaxis.runtime.config import MachineFile
@@ -44,6 +46,7 @@ def test_every_key_says_what_it_means_its_unit_and_where_its_default_comes_from(
                 assert f"`{word}`" in meaning, (name, key, word)
 
 
+@pytest.mark.proof
 def test_the_schema_for_editors_knows_every_key_of_the_example_and_needs_no_other() -> None:
     command = [sys.executable, "-m", "thermaxis", "check", "--schema"]
     printed = subprocess.run(command, check=True, capture_output=True).stdout

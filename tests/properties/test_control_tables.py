@@ -121,7 +121,7 @@ def forms() -> list[tuple[str, bool, tuple[str, ...]]]:
 
 @pytest.mark.parametrize(("name", "apart", "stated"), forms())
 @given(run=runs(), points=st.integers(2, 100), share=st.floats(0.0, 1.0))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_what_a_control_reads_in_its_file_leaves_no_more_than_bound_and_rounding(
     name: str,
     apart: bool,
@@ -212,7 +212,7 @@ WORDS = (
 
 @pytest.mark.parametrize("name", control_names())
 @given(data=st.data())
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_a_damaged_table_is_refused_in_words_or_read_as_finite_values(
     name: str, data: st.DataObject
 ) -> None:

@@ -175,6 +175,7 @@ def test_options_say_how_the_run_is_read(examples, tmp_path):
     assert refusal("field", *examples, "--decimal", "comma").code == "option_needs"
 
 
+@pytest.mark.proof
 def test_images_with_times_are_related_to_the_drift(warming, root, capsys):
     path = root / "examples" / "x_axis_100_cycles.csv"
     words = (*warming, "--run", path, "--times", "0", "1", "2.5", "4.5", "6.9")

@@ -248,7 +248,7 @@ UNITS = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", quick_first(4, CASES))
 def test_every_digit_is_that_of_the_json(
     case: str, published: dict[str, tuple[str, str, str]]
 ) -> None:

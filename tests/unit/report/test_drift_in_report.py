@@ -389,6 +389,7 @@ def test_the_order_as_time_is_named_in_figure_and_certificate() -> None:
     assert float(curves_table(report)["order"][-1]) == test.deviation.size
 
 
+@pytest.mark.proof
 def test_a_unidirectional_run_has_one_direction_and_no_reversal() -> None:
     report = drifting(make_run(cycles=8, approaches="backward"))
     labels = [label for label in legend_of(draw(report)) if label.startswith("readings")]
@@ -400,6 +401,7 @@ def test_a_unidirectional_run_has_one_direction_and_no_reversal() -> None:
     assert set(readings_table(report)["direction"]) == {"backward"}
 
 
+@pytest.mark.proof
 def test_a_rotary_axis_drifts_in_arcseconds() -> None:
     report = drifting(make_run(kind=AxisKind.ROTARY, length=360.0))
     for table in (readings_table(report), curves_table(report)):

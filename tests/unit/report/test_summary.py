@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.proofs import quick_first
 from tests.unit.report.builders import make_report, make_run
 from tests.unit.report.test_drift_in_report import drifting, still
 from thermaxis.codes import Message
@@ -116,7 +117,7 @@ def test_a_drift_that_was_found_is_said_with_its_growth_over_the_run_and_over_th
     assert shift == pytest.approx(report.drift.total, rel=0.1, abs=0.1)
 
 
-@pytest.mark.parametrize("seed", range(3, 9))
+@pytest.mark.parametrize("seed", quick_first(2, range(3, 9)))
 def test_where_no_drift_is_seen_no_growth_is_claimed_but_a_bound_that_holds(seed: int) -> None:
     test, shift, growth = still(seed), 0.15, 1.0
     x = (test.target - test.target.mean())[:, None, None]

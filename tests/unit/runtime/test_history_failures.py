@@ -509,6 +509,7 @@ def wait_for(closing: _closing.Closing) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.proof
 def test_the_program_beside_says_what_it_has_done_and_is_ended_if_it_hangs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -474,6 +474,7 @@ def test_an_offset_has_moved_by_itself_when_it_is_outside_of_all_that_was_writte
     assert steps.state.mismatches == ()
 
 
+@pytest.mark.proof
 @settings(max_examples=20)
 @given(
     late_s=st.floats(0.05, 1.5),

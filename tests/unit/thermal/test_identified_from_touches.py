@@ -82,6 +82,7 @@ def test_a_good_model_of_few_touches_is_not_condemned_by_rules_that_fit_their_no
     assert not said(found) & WRONG
 
 
+@pytest.mark.proof
 def test_touches_that_follow_no_input_are_told_so() -> None:
     one = touched(3)
     z = one.columns["Z_um"]

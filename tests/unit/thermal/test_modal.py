@@ -83,6 +83,7 @@ def test_a_delay_that_is_given_is_part_of_an_exact_model():
         assert found.delay_s == true.delay_s
 
 
+@pytest.mark.proof
 def test_missing_rows_leave_an_exact_record_exact_and_a_long_gap_in_an_input_cuts_it():
     whole = exact()
     y, u = whole.y.copy(), whole.u.copy()
