@@ -44,7 +44,7 @@ from thermaxis.virtual.lathe import lathe_names
 
 MODEL = Path(__file__).parents[3] / "examples/machine/models/lathe.json"
 CYCLE_S = 10.0
-HOURS = 8
+HOURS = 6
 NOISE = LatheSettings()
 
 
