@@ -365,6 +365,7 @@ def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> N
         keys_written(words, "thermal-test-evaluate", found)
 
 
+@pytest.mark.proof
 def test_figures_without_drift_and_uncertainties_have_the_keys_of_the_measured_figures(evaluated):
     _, result = evaluated
     measured, drift, uncertainty = (result[key] for key in ("iso230_2", "drift", "uncertainty"))

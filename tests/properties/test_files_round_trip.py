@@ -16,7 +16,7 @@ from thermaxis.positioning import Cycle, PositioningTest, StartEnd, TimeSource
 from thermaxis.quantities import AxisKind
 
 quick = settings(
-    max_examples=40,
+    max_examples=20,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],

@@ -368,6 +368,7 @@ def test_a_log_is_replayed_through_the_whole_chain_into_a_dry_sink(tmp_path):
     assert (tmp_path / "history" / "lathe.db").stat().st_size > 0
 
 
+@pytest.mark.proof
 def test_any_machine_is_rehearsed_by_a_log_of_its_own(tmp_path, capfd):
     assert main(["run", str(replayed(tmp_path)), "--enable"]) == 0
     said = capfd.readouterr()

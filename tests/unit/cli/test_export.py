@@ -227,6 +227,7 @@ def test_json_alone_goes_to_standard_output_and_is_the_report(tmp_path, capsys):
     assert printed["instance_bytes"] is None
 
 
+@pytest.mark.proof
 def test_an_s7_300_gets_real_by_itself_and_the_tolerance_is_said(tmp_path):
     model = small_model(tmp_path / "x.json")
     for name, option in (("a", ("--cpu", "s7-300")), ("b", ("--real", "32"))):

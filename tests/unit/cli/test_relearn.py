@@ -175,6 +175,7 @@ def test_a_touch_is_freed_of_the_correction_that_acted_at_its_time(cycles: pl.La
     assert np.flatnonzero(minutes[DATUM_SET]).tolist() == [1001], "nights are told of it, too"
 
 
+@pytest.mark.proof
 def test_a_better_model_is_written_beside_and_nothing_is_changed(
     recorded: Path,
     asked: list[tuple[RequestKind, object]],

@@ -278,6 +278,7 @@ def test_the_axes_of_a_machine_stand_with_their_runs_and_what_changes(
     assert "Axis X" not in browser.get("/machine?name=new").text
 
 
+@pytest.mark.proof
 def test_kind_and_text_choose_and_what_is_too_many_is_said(
     browser: Browser, registry: Registry
 ) -> None:

@@ -77,6 +77,7 @@ def test_the_morning_shows_sensors_and_models_that_need_a_look_before_the_others
     assert said.endswith("named 1 machine: frozen\n")
 
 
+@pytest.mark.proof
 def test_a_machine_is_shown_with_its_models_and_nights(fleet, capsys):
     assert main(["fleet", "add", "registry.db", "wrong", "model.json", "--why", "mended"]) == 0
     night = ["night", "registry.db", "--day", LAST.isoformat(), "--machine", "wrong"]

@@ -122,6 +122,7 @@ def test_a_clock_that_went_back_is_said_and_a_minute_that_came_twice_counts_once
     assert result.minutes == MINUTES
 
 
+@pytest.mark.proof
 def test_machines_that_were_off_for_hours_are_verified_as_well(days):
     holes = [day.filter((pl.col(MINUTE).dt.hour() < 1) | (pl.col(MINUTE).dt.hour() > 5))
              for day in days]  # fmt: skip

@@ -196,6 +196,7 @@ def test_a_lake_that_gives_back_something_else_is_not_believed(tmp_path, lake, m
     assert files(lake) == {}
 
 
+@pytest.mark.proof
 def test_a_history_begun_anew_is_kept_apart_once_and_said_each_time(tmp_path, lake):
     shipped(written(tmp_path / "machine", 1.5), lake)
     before = files(lake)

@@ -93,7 +93,8 @@ def test_another_compiler_says_the_same(compiler: str, tmp_path: Path) -> None:
     assert difference(record, CLibrary(path).run(block.name, record)) == ""
 
 
-@pytest.mark.parametrize("name", quick_first(1, ["eps1", "eps2"]))
+@pytest.mark.proof
+@pytest.mark.parametrize("name", ["eps1", "eps2"])
 def test_real_stays_near_lreal_in_the_first_hour_of_the_papers_models(
     name: str, tmp_path: Path
 ) -> None:

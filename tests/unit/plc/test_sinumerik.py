@@ -420,7 +420,7 @@ def test_a_warm_machine_has_minus_its_displacement_in_the_setting_data() -> None
     assert machine.block.read_z_um == pytest.approx(machine.block.correction_z_um, abs=0.05)
 
 
-@pytest.mark.parametrize("job", ["get", "put"])
+@pytest.mark.parametrize("job", quick_first(1, ["get", "put"]))
 def test_a_service_that_never_answers_holds_then_fades_and_an_answer_at_last_goes_on(
     job: str,
 ) -> None:
@@ -441,7 +441,7 @@ def test_a_service_that_never_answers_holds_then_fades_and_an_answer_at_last_goe
     assert machine.control.offset_um == pytest.approx(-18.0, abs=0.1)
 
 
-@pytest.mark.parametrize("end", ["nothing", "error"])
+@pytest.mark.parametrize("end", quick_first(1, ["nothing", "error"]))
 def test_jobs_that_write_nothing_are_a_fault_and_never_taken_for_written(end: str) -> None:
     machine = Machine()
     machine.warm()
@@ -453,7 +453,9 @@ def test_jobs_that_write_nothing_are_a_fault_and_never_taken_for_written(end: st
     assert machine.control.offset_um == pytest.approx(-15.0, abs=0.05)
 
 
-@pytest.mark.parametrize(("job", "errors", "state"), [("get", 5, HOLDING), ("put", 2, ACTIVE)])
+@pytest.mark.parametrize(
+    ("job", "errors", "state"), quick_first(1, [("get", 5, HOLDING), ("put", 2, ACTIVE)])
+)
 def test_jobs_with_errors_are_counted_and_tried_again(job: str, errors: int, state: int) -> None:
     machine = Machine()
     machine.warm()

@@ -165,6 +165,7 @@ def require_workpieces(rows: list[dict[str, str]], part: Part, settings: PlcSett
     assert kinds == {"inside", "outside", "unknown"}
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     "name",
     [

@@ -516,6 +516,7 @@ def test_the_first_reading_may_be_missing() -> None:
     assert result.time_s[0] == STEP_S
 
 
+@pytest.mark.proof
 def test_a_sound_run_has_no_outliers_but_rarely() -> None:
     wrong = sum(bool(standard_run(seed)[2].outliers) for seed in range(8))
     assert wrong <= 1

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from tests.proofs import quick_first
 from tests.refusals import refused
 from tests.unit.positioning.builders import codes_of, values_said
 from thermaxis.codes import Message, Place
@@ -358,7 +359,9 @@ def test_for_a_straight_drift_the_levels_have_the_covariance_of_dense_least_squa
     np.testing.assert_allclose(expected.level_std, dense, rtol=0.01)
 
 
-@pytest.mark.parametrize(("cycles", "drift", "hours"), [(3, 10.0, 1.0), (20, 30.0, 0.5)])
+@pytest.mark.parametrize(
+    ("cycles", "drift", "hours"), quick_first(1, [(3, 10.0, 1.0), (20, 30.0, 0.5)])
+)
 def test_the_drift_evaluation_reaches_what_the_covariance_foretells(
     cycles: int, drift: float, hours: float
 ) -> None:
@@ -450,7 +453,7 @@ def test_a_single_cycle_promises_nothing_and_says_why() -> None:
     assert "too large" in str(why_nothing_is_expected(many))
 
 
-@pytest.mark.parametrize(("key", "wanted"), [(LEVEL_KEY, 0.12), ("R", 0.2)])
+@pytest.mark.parametrize(("key", "wanted"), quick_first(1, [(LEVEL_KEY, 0.12), ("R", 0.2)]))
 def test_the_shortest_plan_is_the_first_that_reaches_the_uncertainty(
     key: str, wanted: float
 ) -> None:

@@ -290,6 +290,7 @@ def test_the_bands_are_two_standard_uncertainties(
     assert np.min(vertices[:, 1]) == pytest.approx(np.min(drift.common - 2.0 * drift.common_std))
 
 
+@pytest.mark.proof
 def test_temperatures_are_drawn_below_and_other_channels_are_not() -> None:
     test = make_run()
     values = np.full(test.deviation.shape, 20.0)
@@ -413,6 +414,7 @@ def test_a_rotary_axis_drifts_in_arcseconds() -> None:
     assert draw(report).axes[2].get_ylabel().endswith("[arcsec]")
 
 
+@pytest.mark.proof
 def test_an_outlier_is_named_in_the_certificate_and_marked_in_the_figure() -> None:
     test = make_run(9, 10)
     deviation = test.deviation.copy()

@@ -353,6 +353,7 @@ def test_a_folder_that_cannot_be_made_is_an_error_in_words(tmp_path: Path) -> No
         write_figures(make_report(make_run(3, 2)), tmp_path / "file" / "folder")
 
 
+@pytest.mark.proof
 def test_the_monte_carlo_chart_has_its_counts_beside_it(tmp_path: Path) -> None:
     result = montecarlo_difference(samples=500, repetitions=50, sigma_a=2.0)
     paths = write_montecarlo_figures(result, tmp_path)

@@ -313,6 +313,7 @@ def test_a_static_regression_that_is_better_is_said_in_strong_words(
     assert not baseline_words(result.pooled).strong
 
 
+@pytest.mark.proof
 def test_several_logs_have_their_own_figures_and_charts(
     log: ThermalLog, monkeypatch: pytest.MonkeyPatch
 ) -> None:

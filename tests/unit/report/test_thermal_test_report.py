@@ -142,6 +142,7 @@ def test_the_pages_say_marks_uncertainty_budget_and_cases(tmp_path: Path) -> Non
     assert "21 °C (start)" in text or "21.017 °C (start)" in text
 
 
+@pytest.mark.proof
 def test_every_chart_has_its_picture_and_numbers(tmp_path: Path) -> None:
     written = write_thermal_test_figures(report_of(ThermalTestKind.ETVE, cases=2), tmp_path)
     names = {path.stem for path in written}

@@ -690,7 +690,7 @@ def _as_toml(value: object) -> str:
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(place=st.integers(0, 10_000), value=_VALUES)
 def test_any_value_at_any_key_gives_a_configuration_or_a_sentence(
     tmp_path_factory: pytest.TempPathFactory, place: int, value: object

@@ -112,7 +112,7 @@ def test_the_same_minutes_from_two_runs_are_added_up(tmp_path: Path) -> None:
         assert whole(reader) == stored(records)
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(
     first=st.integers(-50, 900),
     length=st.integers(1, 900),
@@ -332,6 +332,7 @@ def test_a_clock_that_is_wrong_for_a_while_deletes_no_more_than_a_day(tmp_path: 
     assert numbers_and_times(path) == expected(written[4:])
 
 
+@pytest.mark.proof
 def test_a_day_that_came_twice_counts_as_one_and_is_read_in_the_order_of_recording(
     tmp_path: Path,
 ) -> None:

@@ -321,7 +321,7 @@ def others(loop: CompensationLoop) -> list[Alarm]:
 # ---- another writer -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("others_um", [5.0, 40.0, -50.0])
+@pytest.mark.parametrize("others_um", quick_first(1, [5.0, 40.0, -50.0]))
 async def test_the_correction_goes_on_at_the_rate_from_what_another_writer_set(
     others_um: float,
 ) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.proofs import quick_first
 from tests.unit.runtime.simulated import SimulatedSink, SimulatedSource
 from tests.unit.runtime.test_touches import TABLE, Probing, configured
 from thermaxis.cli.machine import commission
@@ -61,9 +62,18 @@ def acting(tmp_path: Path) -> MachineConfiguration:
 
 @pytest.mark.parametrize(
     ("part", "verdict"),
-    [(1.0, "proven"), (0.9, "proven"), (-1.0, "other_way"), (0.001, "without_effect"),
-     (0.0, "without_effect"), (0.5, "other_size")],
-)  # fmt: skip
+    quick_first(
+        4,
+        [
+            (1.0, "proven"),
+            (-1.0, "other_way"),
+            (0.0, "without_effect"),
+            (0.5, "other_size"),
+            (0.9, "proven"),
+            (0.001, "without_effect"),
+        ],
+    ),
+)
 def test_touches_show_sign_and_size_or_that_they_see_another_axis(
     part: float, verdict: str, acting: MachineConfiguration
 ) -> None:

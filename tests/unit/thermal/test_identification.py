@@ -178,6 +178,7 @@ def test_what_is_advised_can_be_done_and_leaves_what_was_said() -> None:
     assert "warning-not_fit" not in {w.code for w in identify(records).outputs[0].warnings}
 
 
+@pytest.mark.proof
 def test_polynomials_that_lags_cannot_follow_are_refused_with_the_reason() -> None:
     """A pair of poles that rings fast is left out of a model file: rows that show it refuse it."""
     random = np.random.default_rng(5)

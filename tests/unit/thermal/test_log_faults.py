@@ -244,7 +244,8 @@ def test_displacements_by_another_clock_are_shifted_by_what_it_is_off(shift_s: f
     assert np.isnan(z).sum() == rows
 
 
-@pytest.mark.parametrize("gap", quick_first(1, [slice(20, 60), slice(1400, 1430)]))
+@pytest.mark.proof
+@pytest.mark.parametrize("gap", [slice(20, 60), slice(1400, 1430)])
 def test_an_input_with_a_gap_near_an_end_of_the_log_is_identified(gap: slice) -> None:
     rng = np.random.default_rng(1)
     heated = np.repeat(rng.random(24) * 10.0, 60)
@@ -305,7 +306,7 @@ def test_a_sensor_that_drifts_by_three_kelvins_is_named_among_the_channels(seed:
     assert with_one_clock(made(0, seed), INPUTS, ["Z_um"]) is made(0, seed)
 
 
-@pytest.mark.parametrize("um_per_h", [12.0, -20.0])
+@pytest.mark.parametrize("um_per_h", quick_first(1, [12.0, -20.0]))
 def test_a_displacement_that_drifts_is_told_by_its_rate(um_per_h: float) -> None:
     columns = machine_log("coupled", 8.0, 1, step_s=10.0, probe_um_per_h=um_per_h).columns()
     (said,) = with_one_clock(ThermalLog.from_columns(columns), INPUTS, ["Z_um"]).remarks

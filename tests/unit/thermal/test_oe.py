@@ -5,6 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from tests.printed_digits import PAPER_SPINDLE, PAPER_TABLE
+from tests.proofs import quick_first
 from tests.refusals import refused
 from thermaxis.codes import Message
 from thermaxis.thermal import (
@@ -92,7 +93,7 @@ def test_slow_lags_at_one_second_are_found_through_rounded_sensors() -> None:
     assert result.noise_std_um == pytest.approx(0.4, rel=0.1)
 
 
-@pytest.mark.parametrize(("colour", "low"), [(0.0, 0.85), (0.95, 0.75)])
+@pytest.mark.parametrize(("colour", "low"), quick_first(1, [(0.0, 0.85), (0.95, 0.75)]))
 def test_intervals_cover_the_truth_whatever_the_colour(colour: float, low: float) -> None:
     model = PolynomialModel(("a",), (TransferFunction([8.0, -7.7], [1.0, -0.99]),), 10.0)
     inside, ratios = [], []

@@ -65,6 +65,7 @@ def test_a_slower_spindle_is_proposed_with_about_its_time_constant() -> None:
     assert found.model.reference_c == MODEL.reference_c
 
 
+@pytest.mark.proof
 def test_what_is_right_stays_though_the_tool_wears_and_chips_are_touched() -> None:
     found = relearn(seen(Machine(wear_um=4.0, chips=0.03), 4, night=3), MODEL)
     assert found.model is None

@@ -54,6 +54,7 @@ def test_gain_and_phase_are_those_of_the_closed_form_and_of_another_library() ->
     np.testing.assert_allclose(response[:, 1], wanted)
 
 
+@pytest.mark.proof
 def test_an_input_that_never_moved_has_no_band() -> None:
     u = np.stack([np.repeat([0.0, 8.0, 0.0, 5.0], 60), np.zeros(240)], axis=1)
     y = 3.0 * lagged(u[:, 0], 4000.0, 60.0) + np.random.default_rng(0).normal(0.0, 0.2, 240)

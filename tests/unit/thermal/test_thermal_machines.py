@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from tests.proofs import quick_first
 from tests.simple_rules import simulate_baseline
 from tests.thermal_machines import KINDS, TRUE_TAU_S, log, machine
 from thermaxis.thermal import (
@@ -92,6 +91,7 @@ def test_intervals_of_a_short_test_allow_for_a_drift_that_a_slow_lag_explains() 
     assert np.all(np.abs(errors) < 2.5 * stds)
 
 
+@pytest.mark.proof
 def test_without_intervals_the_model_is_the_same_and_nothing_is_flagged_for_it() -> None:
     test = log("coupled", 8.0, 1, step_s=60.0)
     experiment, names = Experiment(60.0, test.u_k, test.z_um), ("spindle", "table")
@@ -147,7 +147,8 @@ def test_a_model_far_worse_on_its_own_rows_than_averages_is_told_with_what_drift
     assert said.values["drifts"] == "yes"
 
 
-@pytest.mark.parametrize("um_per_h", quick_first(1, [1.0, 0.0]))
+@pytest.mark.proof
+@pytest.mark.parametrize("um_per_h", [1.0, 0.0])
 def test_a_probe_that_drifts_is_told_with_its_speed_and_condemns_no_model(um_per_h: float) -> None:
     test = log("direct", 72.0, 3, step_s=300.0, probe_um_per_h=um_per_h)
     inputs = [parse_input(f"T_{name}_c-T_column_c") for name in ("spindle", "table")]

@@ -178,7 +178,7 @@ def test_an_offset_that_touches_ended_says_why_though_none_was_excluded() -> Non
 
 
 @pytest.mark.proof
-@pytest.mark.parametrize(("drift_um", "how"), quick_first(1, [(0.0, "worse"), (5.0, "beyond")]))
+@pytest.mark.parametrize(("drift_um", "how"), [(0.0, "worse"), (5.0, "beyond")])
 def test_a_drift_that_touches_do_not_show_is_said_with_the_likeliest(
     drift_um: float, how: str
 ) -> None:
@@ -208,9 +208,8 @@ def test_limits_hold_for_model_and_offset_together() -> None:
     assert found.with_offset.mae_um == pytest.approx(total_um - 45.0, rel=0.1)
 
 
-@pytest.mark.parametrize(
-    ("within_um", "discrepancy_um"), quick_first(1, [(2.0, 0.0), (1.0, 0.0), (3.0, 2.0)])
-)
+@pytest.mark.proof
+@pytest.mark.parametrize(("within_um", "discrepancy_um"), [(2.0, 0.0), (1.0, 0.0), (3.0, 2.0)])
 def test_touches_by_need_come_as_often_as_the_law_says_and_keep_the_tool_point_known(
     within_um: float, discrepancy_um: float
 ) -> None:
