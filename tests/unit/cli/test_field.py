@@ -197,6 +197,7 @@ def test_images_with_times_are_related_to_the_drift(warming, root, capsys):
     assert "image 5" in shown
 
 
+@pytest.mark.proof
 def test_an_image_outside_the_run_is_left_out_of_the_relation(warming, root, capsys):
     path = root / "examples" / "x_axis_100_cycles.csv"
     words = (*warming, "--run", path, "--times", "-0.2", "1", "2.5", "4.5", "20")

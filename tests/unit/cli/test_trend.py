@@ -110,6 +110,7 @@ def test_equal_runs_change_by_nothing_and_have_no_warnings(years, capsys):
         assert change["drift_free"] is True
 
 
+@pytest.mark.proof
 def test_a_change_is_compared_with_the_root_of_the_sum_of_squares(write, capsys):
     first, last = made(7, year=2022), made(8, year=2026)
     last = replace(last, deviation=last.deviation + 0.05 * last.target[:, None, None])

@@ -214,6 +214,7 @@ def test_an_outlier_that_is_the_first_or_last_reading_is_named(reading: int) -> 
     assert evaluate_drift(test).outliers == ()
 
 
+@pytest.mark.proof
 def test_outliers_that_stay_in_the_model_are_said() -> None:
     test = warm(16)
     deviation = test.deviation.copy()

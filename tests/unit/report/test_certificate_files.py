@@ -229,6 +229,7 @@ def test_a_pdf_without_attachments_or_without_a_date_is_made_too(small: Position
     assert set(attachments_of(pdf)) >= {"results.json", "readings.csv"}
 
 
+@pytest.mark.proof
 @pytest.mark.usefixtures("no_charts")
 def test_every_character_can_stand_in_an_archive(small: PositioningReport) -> None:
     blocks = [(0xA0, 0x530), (0x590, 0xA00), (0x1E00, 0x2C00), (0x4E00, 0x4E10), (0x1D400, 0x1D800)]

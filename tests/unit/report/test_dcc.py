@@ -547,6 +547,7 @@ RUN = "cycle,direction,target_mm,deviation_um\n" + "".join(
 )
 
 
+@pytest.mark.proof
 @pytest.mark.usefixtures("no_charts")
 def test_the_command_says_that_it_is_a_draft_and_refuses_it_as_final(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

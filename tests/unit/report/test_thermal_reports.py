@@ -542,6 +542,7 @@ def test_hostile_names_show_themselves_and_are_never_obeyed(tmp_path: Path) -> N
             assert not any(cell.startswith(("=", "+", "@")) for cell in row[:3])
 
 
+@pytest.mark.proof
 def test_figures_are_written_as_png_svg_and_csv_and_repeat(
     charts: dict[str, ThermalChart], tmp_path: Path
 ) -> None:

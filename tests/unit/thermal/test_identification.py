@@ -108,6 +108,7 @@ def test_one_run_is_judged_by_its_later_part_and_promises_no_other() -> None:
     assert identify(records_of([few], INPUTS, ["Z_um"])).outputs[0].held_out is None
 
 
+@pytest.mark.proof
 def test_rows_in_which_an_input_had_failed_judge_nothing_and_are_counted() -> None:
     log = warmed(3)
     name = next(channel for channel in log.columns if channel != "Z_um")

@@ -248,6 +248,7 @@ def test_white_noise_alone_is_covered_by_the_intervals():
     assert np.mean(np.abs(scaled) < 1.96) >= 0.85
 
 
+@pytest.mark.proof
 def test_a_number_of_lags_and_a_steady_start_may_be_asked_for():
     result = modal([exact()], input_names=NAMES, options=ModalOptions(most_lags=1))
     assert result.model.parts[0].gains.size == 1
