@@ -1,7 +1,7 @@
 """The morning board of a large fleet: from a request to its page, in seconds.
 
-python benchmarks/fleet_board.py             10,000 machines, 14 nights each
-python benchmarks/fleet_board.py 1000 14
+python -m benchmarks.fleet_board             10,000 machines, 14 nights each
+python -m benchmarks.fleet_board 1000 14
 """
 
 import asyncio
