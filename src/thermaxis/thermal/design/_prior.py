@@ -1,0 +1,141 @@
+"""What is known of gains before a test: moments over a grid of time constants, from draws.
+
+Lags are drawn, each with its gain, and put onto the grid. Mean and covariance of the draws are all
+that linear prediction needs: its mean square error over the draws is exactly what the Gaussian
+with these moments says.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.design._conditions import HeatSource, LagRange, HeatingConditions
+from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
+
+GRID = 12
+"""Time constants of the grid. [1]"""
+DRAWS = 4000
+"""Draws of lags and gains: moments within about 2 %. [1]"""
+_SEED = 1
+_LEAST_SHARE = 1e-6
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class GainsPrior:
+    """Moments of what all sources do: gains at the highest level, source after source."""
+
+    time_constants_s: FloatArray
+    """The grid, (j,). [s]"""
+    mean_um: FloatArray
+    """Mean gains, direct and at each lag, (s (1 + j),). [µm]"""
+    factor_um: FloatArray
+    """Factor L of their covariance L L', (s (1 + j), r). [µm]"""
+
+
+def prior_of(
+    conditions: HeatingConditions, model: ThermalModel | None = None, *, draws: int = DRAWS
+) -> GainsPrior:
+    """Return what is known: nothing but orders of magnitude, or a model and how far it may be off.
+
+    Notes
+    -----
+    Nothing known: `lags.number` time constants, log-uniform between the stated ones, and a direct
+    gain, each gain normal around zero with displacement_um / sqrt(1 + number). A model: its gains
+    times normals around one, its time constants log-normal.
+
+    Raises
+    ------
+    ConfigurationError
+        If a model is known that has no part with the name of a source.
+    """
+    low_s, high_s = (60.0 * end for end in conditions.lags.between_min)
+    known = conditions.known
+    spread = 0.0 if known is None else np.log1p(known.time_constants_percent / 100.0)
+    parts = dict[str, ModalPart]()
+    if model is not None and known is not None:
+        parts = {part.input_name: part for part in model.parts}
+        for name in conditions.sources:
+            if name not in parts:
+                place = Place(file=known.model, key=name)
+                raise ConfigurationError("source_not_in_model", place=place)
+        every = np.concatenate([parts[name].time_constants_s for name in conditions.sources])
+        if every.size:
+            low_s = min(low_s, float(every.min() * np.exp(-2.0 * spread)))
+            high_s = max(high_s, float(every.max() * np.exp(2.0 * spread)))
+    grid_s = np.geomspace(low_s, max(high_s, low_s * 1.01), GRID)
+    rng = np.random.default_rng(_SEED)
+    means, factors = list[FloatArray](), list[FloatArray]()
+    for name, source in conditions.sources.items():
+        if name in parts and known is not None:
+            drawn = _around(parts[name], source, known.gains_percent / 100.0, spread)
+        else:
+            drawn = _unknown(source, conditions.lags)
+        gains = _on_grid(*drawn(rng, draws), grid_s)
+        covariance = np.atleast_2d(np.cov(gains.T))
+        size = _LEAST_SHARE * float(np.trace(covariance)) / len(covariance)
+        means.append(gains.mean(axis=0) if name in parts else np.zeros(1 + GRID))
+        factors.append(np.linalg.cholesky(covariance + size * np.eye(1 + GRID)))
+    return GainsPrior(grid_s, np.concatenate(means), _block_diagonal(factors))
+
+
+_Drawn = tuple[FloatArray, FloatArray, FloatArray]
+_Draw = Callable[[np.random.Generator, int], _Drawn]
+
+
+def _unknown(source: HeatSource, lags: LagRange) -> _Draw:
+    """Return what draws direct gains (d,), gains (d, j) and logarithms of time constants."""
+    low, high = np.log(np.array(lags.between_min) * 60.0)
+    std_um = source.displacement_um / np.sqrt(1.0 + lags.number)
+
+    def draw(rng: np.random.Generator, draws: int) -> _Drawn:
+        shape = draws, lags.number
+        taus = rng.uniform(low, high, shape)
+        return rng.normal(0.0, std_um, draws), rng.normal(0.0, std_um, shape), taus
+
+    return draw
+
+
+def _around(part: ModalPart, source: HeatSource, share: float, spread: float) -> _Draw:
+    """Return the same around a part of a model."""
+    gains_um = source.temperature_k * part.gains
+    direct_um = source.temperature_k * part.direct_gain
+    # a sister may have a direct gain where this model has none, of the size that gains have
+    size_um = share * max(float(np.sqrt(np.sum(gains_um**2) + direct_um**2)), 1e-9)
+
+    def draw(rng: np.random.Generator, draws: int) -> _Drawn:
+        shape = draws, gains_um.size
+        direct = direct_um + rng.normal(0.0, size_um / np.sqrt(1.0 + gains_um.size), draws)
+        gains = gains_um * (1.0 + rng.normal(0.0, share, shape))
+        return direct, gains, np.log(part.time_constants_s) + rng.normal(0.0, spread, shape)
+
+    return draw
+
+
+def _on_grid(
+    direct: FloatArray, gains: FloatArray, log_taus: FloatArray, grid_s: FloatArray
+) -> FloatArray:
+    """Return gains put onto the grid, each onto both neighbours, (d, 1 + j). [µm]"""
+    grid, rows = np.log(grid_s), np.arange(len(gains))
+    found = np.zeros((len(gains), 1 + grid.size))
+    found[:, 0] = direct
+    left = np.clip(np.searchsorted(grid, log_taus) - 1, 0, grid.size - 2)
+    share = np.clip((log_taus - grid[left]) / (grid[left + 1] - grid[left]), 0.0, 1.0)
+    for j in range(gains.shape[1]):
+        np.add.at(found, (rows, 1 + left[:, j]), gains[:, j] * (1.0 - share[:, j]))
+        np.add.at(found, (rows, 2 + left[:, j]), gains[:, j] * share[:, j])
+    return found
+
+
+def _block_diagonal(blocks: Sequence[FloatArray]) -> FloatArray:
+    size = sum(len(block) for block in blocks)
+    whole, at = np.zeros((size, size)), 0
+    for block in blocks:
+        whole[at : at + len(block), at : at + len(block)] = block
+        at += len(block)
+    return whole
