@@ -13,6 +13,7 @@ from thermaxis.controls._control import (
     Control,
     ControlOption,
     GridRule,
+    HeatingWords,
     ProgramRequest,
     ReadTable,
     TableRequest,
@@ -25,6 +26,7 @@ from thermaxis.controls._control import (
     comment_text,
     finding,
 )
+from thermaxis.controls._heating import HeatingRequest, format_heating
 from thermaxis.errors import ConfigurationError
 
 __all__ = [
@@ -33,6 +35,8 @@ __all__ = [
     "Control",
     "ControlOption",
     "GridRule",
+    "HeatingRequest",
+    "HeatingWords",
     "ProgramRequest",
     "ReadTable",
     "TableRequest",
@@ -46,6 +50,7 @@ __all__ = [
     "control_by_name",
     "control_names",
     "finding",
+    "format_heating",
 ]
 
 

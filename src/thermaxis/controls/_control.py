@@ -189,6 +189,40 @@ class ReadTable:
     magnification that was chosen to fit the values. [µm or arcsec]"""
 
 
+@final
+@dataclass(frozen=True, slots=True)
+class HeatingWords:
+    """How a control writes the program of a thermal test (`format_heating`)."""
+
+    comment: str
+    """A comment, with ``{}`` for its text."""
+    begin: tuple[str, ...]
+    """Lines behind the head, with names of options in braces."""
+    end: tuple[str, ...]
+    """Last lines, alike."""
+    spindle: tuple[str, ...]
+    """Lines that turn a spindle, with its number ``{n}``, one less ``{k}``, and ``{speed}``."""
+    spindle_stop: tuple[str, ...]
+    """Lines that stop it, alike."""
+    spindles: int
+    """Spindles that it can name so. [1]"""
+    move: str
+    """A move, with ``{axis}``, ``{mm}`` and ``{feed}``."""
+    loop: tuple[tuple[str, ...], tuple[str, ...]]
+    """Lines around what is repeated, with ``{number}`` of the loop, ``{times}``, and ``{more}``,
+    one less."""
+    dwell: tuple[str, ...]
+    """Lines of a dwell, with ``{s}`` and ``{ms}``."""
+    longest_dwell_s: float
+    """A longer one is several. [s]"""
+    first: tuple[str, ...] = ()
+    """Lines before the head, as `begin`."""
+    numbered: bool = False
+    """Whether lines have numbers, from zero."""
+    upper_case: bool = False
+    """Whether the control reads capital letters alone."""
+
+
 class Control(ABC):
     """A machine control. Every subclass is final and stands in a file of its own."""
 
@@ -201,6 +235,8 @@ class Control(ABC):
     newline: str = "\n"
     """End of a line in its files."""
     options: tuple[ControlOption, ...] = ()
+    heating: HeatingWords
+    """Its words for a thermal test."""
 
     @abstractmethod
     def format_program(self, request: ProgramRequest) -> str:

@@ -24,15 +24,21 @@ from ._foresight import (
     foresight as foresight,
     spectra_of_use as spectra_of_use,
 )
+from ._plan import (
+    PlannedKnowledge as PlannedKnowledge,
+    PlannedStep as PlannedStep,
+    ThermalTestPlan as ThermalTestPlan,
+    planned as planned,
+)
 from ._prior import (
     GainsPrior as GainsPrior,
     prior_of as prior_of,
 )
-from ._responses import (
-    noise_covariance as noise_covariance,
-    pulses as pulses,
-)
 from ._reached import (
     ReachedTest as ReachedTest,
     reached as reached,
+)
+from ._responses import (
+    noise_covariance as noise_covariance,
+    pulses as pulses,
 )

@@ -1,4 +1,4 @@
-"""What is stated of a thermal test before it is planned: what may be switched, and what is known."""
+"""What is stated of a thermal test before it is planned: what may be switched, what is known."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ from thermaxis.errors import (
     require_count,
     require_positive,
     require_range,
+    require_unique,
 )
 from thermaxis.thermal._arrays import FloatArray
 
@@ -36,7 +37,7 @@ class SwitchKind(StrEnum):
     """How an NC program switches a source of heat."""
 
     SPINDLE = "spindle"
-    """By the speed of the spindle; levels in 1/min."""
+    """By the speed of a spindle; levels in 1/min."""
     AXIS = "axis"
     """An axis goes to and fro; levels are feeds in mm/min."""
     FUNCTION = "function"
@@ -48,7 +49,9 @@ class SwitchKind(StrEnum):
 class SourceSwitch:
     """How the NC program switches a source."""
 
-    kind: SwitchKind = SwitchKind.SPINDLE
+    kind: SwitchKind
+    spindle: int = 1
+    """Number of the spindle. [1]"""
     axis: str = ""
     """Axis that moves."""
     from_mm: float = 0.0
@@ -61,10 +64,18 @@ class SourceSwitch:
     """Number of the M function that switches off. [1]"""
 
     def __post_init__(self) -> None:
+        require_range("switch.spindle", self.spindle, 1, 8)
         require_range("switch.on", self.on, 0, 9999)
         require_range("switch.off", self.off, 0, 9999)
         if self.kind is SwitchKind.AXIS and (not self.axis or self.from_mm == self.to_mm):
             raise ConfigurationError("axis_without_way", place=Place(key="switch.axis"))
+
+    @property
+    def acts_on(self) -> str:
+        """What it acts on: two sources may not share it."""
+        if self.kind is SwitchKind.SPINDLE:
+            return f"spindle {self.spindle}"
+        return f"axis {self.axis}" if self.kind is SwitchKind.AXIS else f"M{self.on} M{self.off}"
 
 
 @final
@@ -89,7 +100,8 @@ class HeatSource:
     """It keeps a level, and stands, for at least so long. [min]"""
     longest_on_min: float = _LONGEST_MIN
     """It runs for at most so long, at whatever levels. [min]"""
-    switch: SourceSwitch = SourceSwitch()
+    switch: SourceSwitch | None = None
+    """How an NC program switches it; none is needed for a plan alone."""
 
     def __post_init__(self) -> None:
         require_count("levels", len(self.levels), 2, MOST_LEVELS)
@@ -229,6 +241,8 @@ class HeatingConditions:
         require_range("rest_min", self.rest_min, 1.0, 1440.0)
         require_range("cool_min", self.cool_min, 0.0, _LONGEST_MIN)
         require_range("most_at_once", self.most_at_once, 1, MOST_SOURCES)
+        switches = [one.switch.acts_on for one in self.each if one.switch is not None]
+        require_unique("sources", switches)
         if self.enough_um is not None:
             require_positive("enough_um", self.enough_um, _LARGEST)
 

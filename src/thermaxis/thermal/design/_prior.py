@@ -12,10 +12,10 @@ from typing import final
 import numpy as np
 
 from thermaxis.codes import Place
+from thermaxis.compensation import CompensationModel, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.thermal._arrays import FloatArray
-from thermaxis.thermal.design._conditions import HeatSource, LagRange, HeatingConditions
-from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
+from thermaxis.thermal.design._conditions import HeatingConditions, HeatSource, LagRange
 
 GRID = 12
 """Time constants of the grid. [1]"""
@@ -39,7 +39,7 @@ class GainsPrior:
 
 
 def prior_of(
-    conditions: HeatingConditions, model: ThermalModel | None = None, *, draws: int = DRAWS
+    conditions: HeatingConditions, model: CompensationModel | None = None, *, draws: int = DRAWS
 ) -> GainsPrior:
     """Return what is known: nothing but orders of magnitude, or a model and how far it may be off.
 
@@ -57,17 +57,18 @@ def prior_of(
     low_s, high_s = (60.0 * end for end in conditions.lags.between_min)
     known = conditions.known
     spread = 0.0 if known is None else np.log1p(known.time_constants_percent / 100.0)
-    parts = dict[str, ModalPart]()
+    parts = dict[str, Part]()
     if model is not None and known is not None:
-        parts = {part.input_name: part for part in model.parts}
+        own = [one for one in model.outputs if one.name == conditions.output]
+        parts = {part.name: part for one in own for part in one.parts}
         for name in conditions.sources:
             if name not in parts:
                 place = Place(file=known.model, key=name)
-                raise ConfigurationError("source_not_in_model", place=place)
-        every = np.concatenate([parts[name].time_constants_s for name in conditions.sources])
-        if every.size:
-            low_s = min(low_s, float(every.min() * np.exp(-2.0 * spread)))
-            high_s = max(high_s, float(every.max() * np.exp(2.0 * spread)))
+                values = {"name": name, "output": conditions.output}
+                raise ConfigurationError("source_not_in_model", place=place, **values)
+        taus_s = [x.time_constant_s for n in conditions.sources for x in parts[n].sections]
+        low_s = min(low_s, min(taus_s, default=low_s) * float(np.exp(-2.0 * spread)))
+        high_s = max(high_s, max(taus_s, default=high_s) * float(np.exp(2.0 * spread)))
     grid_s = np.geomspace(low_s, max(high_s, low_s * 1.01), GRID)
     rng = np.random.default_rng(_SEED)
     means, factors = list[FloatArray](), list[FloatArray]()
@@ -101,10 +102,11 @@ def _unknown(source: HeatSource, lags: LagRange) -> _Draw:
     return draw
 
 
-def _around(part: ModalPart, source: HeatSource, share: float, spread: float) -> _Draw:
+def _around(part: Part, source: HeatSource, share: float, spread: float) -> _Draw:
     """Return the same around a part of a model."""
-    gains_um = source.temperature_k * part.gains
-    direct_um = source.temperature_k * part.direct_gain
+    gains_um = source.temperature_k * np.array([one.gain_um_per_k for one in part.sections])
+    log_taus = np.log([one.time_constant_s for one in part.sections])
+    direct_um = source.temperature_k * part.direct_gain_um_per_k
     # a sister may have a direct gain where this model has none, of the size that gains have
     size_um = share * max(float(np.sqrt(np.sum(gains_um**2) + direct_um**2)), 1e-9)
 
@@ -112,7 +114,7 @@ def _around(part: ModalPart, source: HeatSource, share: float, spread: float) ->
         shape = draws, gains_um.size
         direct = direct_um + rng.normal(0.0, size_um / np.sqrt(1.0 + gains_um.size), draws)
         gains = gains_um * (1.0 + rng.normal(0.0, share, shape))
-        return direct, gains, np.log(part.time_constants_s) + rng.normal(0.0, spread, shape)
+        return direct, gains, log_taus + rng.normal(0.0, spread, shape)
 
     return draw
 

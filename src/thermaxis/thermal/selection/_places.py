@@ -1,4 +1,4 @@
-"""Which few of many places of sensors a model needs: every subset is compared, none by its order."""
+"""Which few of many places of sensors a model needs: every subset is compared."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -89,7 +89,9 @@ def best_places(
     subsets = math.comb(len(names), count)
     if subsets > MOST_SUBSETS:
         place = Place(key="--places")
-        raise ConfigurationError("too_many_subsets", subsets=subsets, most=MOST_SUBSETS, place=place)
+        raise ConfigurationError(
+            "too_many_subsets", subsets=subsets, most=MOST_SUBSETS, place=place
+        )
     experiments = next(iter(outputs.values()))
     parts = record_parts(experiments, PARTS)
     step_s = max(e.sample_time_s for e in experiments)
