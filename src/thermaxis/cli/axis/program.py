@@ -1,9 +1,9 @@
 """Write the NC program of a plan: every target approached from its side, a dwell at each stop.
 
-Of the plan of a thermal test it switches the sources of heat and waits. Cycles are a loop or subprogram of the control. With --touch the program touches a fixed artefact
-along one axis, and leaves displacement and counter on the control. State the travel of the axis
-with --travel: a program that leaves it is refused. Nothing is sent to a machine; prove the program
-before it runs.
+Of the plan of a thermal test it switches the sources of heat and waits. Cycles are a loop or
+subprogram of the control. With --touch the program touches a fixed artefact along one axis, and
+leaves displacement and counter on the control. State the travel of the axis with --travel: a
+program that leaves it is refused. Nothing is sent to a machine; prove the program before it runs.
 
 Not protected: the motion is compared with the travel that is stated and with nothing else; what
 stands in its way, and whether the axis is referenced, is not known.

@@ -29,7 +29,7 @@ def _require_span(key: str, span: tuple[float, float], least: float) -> None:
     if not least <= span[0] <= span[1] <= _LONGEST_MIN:
         place = Place(key=key)
         values = {"first": span[0], "last": span[1], "least": least, "most": _LONGEST_MIN}
-        raise ConfigurationError("no_span", place=place, **values)
+        raise ConfigurationError("span_not_possible", place=place, **values)
 
 
 @final
