@@ -9,10 +9,9 @@ from thermaxis import files, thermal
 from thermaxis.cli._arguments import add_json, adder, count, positive_seconds
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
+from thermaxis.cli._planned_test import reached_by
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import add_log_options, logs_of, reading_codes
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
 from thermaxis.report.tables import Part, Table, Value, rows_of
 from thermaxis.thermal import GainsPrior, HeatingConditions, ReachedTest, ThermalTestPlan
 
@@ -65,7 +64,8 @@ def run_plan(arguments: argparse.Namespace) -> int:
         logs = logs_of(arguments, arguments.after)
         for log in logs:
             reached.append(reached_by(conditions, prior, log))
-            prior, conditions = reached[-1].gains, replace(conditions, noise=reached[-1].noise)
+            prior = reached[-1].gains
+            conditions = replace(conditions, noise=reached[-1].noise)
         plan = thermal.planned(
             conditions,
             prior,
@@ -85,19 +85,6 @@ def prior_beside(conditions: HeatingConditions, stated_in: Path) -> GainsPrior:
     known = conditions.known
     model = None if known is None else files.read_model(stated_in.parent / known.model)
     return thermal.prior_of(conditions, model)
-
-
-def reached_by(
-    conditions: HeatingConditions, prior: GainsPrior, log: thermal.ThermalLog
-) -> ReachedTest:
-    """Return what a log of a test has reached."""
-    for name, source in conditions.sources.items():
-        if not source.input:
-            place = Place(key=f"sources.{name}.input")
-            raise ConfigurationError("missing_key", place=place)
-    inputs = [thermal.parse_input(f"{n}={s.input}") for n, s in conditions.sources.items()]
-    records = thermal.records_of([log], inputs, [conditions.output])
-    return thermal.reached(conditions, prior, records.experiments[conditions.output][0])
 
 
 def _reached(reached: list[ReachedTest]) -> Iterator[Part]:
@@ -180,7 +167,7 @@ def run_places(arguments: argparse.Namespace) -> int:
         logs = logs_of(arguments, arguments.logs)
         definitions = [thermal.parse_input(text) for text in arguments.place] or [
             thermal.InputDefinition(name, name, None)
-            for name in logs[0].names
+            for name in logs[0].columns
             if logs[0].units[name] in thermal.TEMPERATURES
         ]
         progress("comparing", 0, 0)

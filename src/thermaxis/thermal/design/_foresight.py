@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.thermal._arrays import FloatArray
-from thermaxis.thermal.design._conditions import HeatingConditions, UseSpectrum, Wanted
+from thermaxis.thermal.design._conditions import HeatingConditions, Wanted
 from thermaxis.thermal.design._prior import GainsPrior
 from thermaxis.thermal.design._responses import noise_covariance, pulses
 
@@ -66,7 +66,7 @@ class Foresight:
             answers = np.einsum("cbs,sbng->cnsg", heat, one[:, :, :last], optimize=True)
             answers = answers.reshape(*answers.shape[:2], -1) @ self.factor
             gram = np.swapaxes(answers, 1, 2) @ answers
-            found.append(gram + np.eye(gram.shape[-1]))
+            found.append(gram + np.eye(len(self.factor.T)))
         return tuple(found)
 
     def variances_um2(self, heat: FloatArray, blocks: int | None = None) -> FloatArray:
@@ -94,7 +94,7 @@ def foresight(conditions: HeatingConditions, prior: GainsPrior, blocks: int) -> 
     rows = max(1, round(block_s / ROW_S))
     row_s = block_s / rows
     covariance = noise_covariance(
-        row_s * (np.arange(blocks * rows) + 0.5),
+        row_s * (np.arange(blocks * rows, dtype=np.float64) + 0.5),
         noise.reading_um**2 * min(1.0, noise.every_s / row_s),
         noise.reading_um**2 * min(1.0, noise.every_s / (60.0 * conditions.rest_min)),
         noise.drift_um**2,
@@ -121,18 +121,17 @@ def _rises_s(conditions: HeatingConditions) -> FloatArray:
     rng = np.random.default_rng(_SEED)
     columns: list[FloatArray] = []
     for source in conditions.each:
-        low, high = np.maximum(60.0 * np.array(source.rise_min), 1e-3)
-        columns.append(rng.permutation(low * (high / low) ** middles))
+        low, high = (max(60.0 * end, 1e-3) for end in source.rise_min)
+        columns.append(np.asarray(rng.permutation(low * (high / low) ** middles), np.float64))
     found = np.column_stack(columns)
     return found[:1] if bool(np.all(found == found[0])) else found
 
 
-def spectra_of_use(
-    use: UseSpectrum, conditions: HeatingConditions, seed: int, count: int = SPECTRA
-) -> FloatArray:
+def spectra_of_use(conditions: HeatingConditions, seed: int, count: int = SPECTRA) -> FloatArray:
     """Return heat in use, (count, steps of 300 s, s): levels at random, each held at random. [1]"""
-    rng, steps = np.random.default_rng(seed), round(3600.0 * use.hours / USE_STEP_S)
-    held = np.maximum(np.round(np.array(use.hold_min) * 60.0 / USE_STEP_S), 1).astype(int)
+    use, rng = conditions.use, np.random.default_rng(seed)
+    steps = round(3600.0 * use.hours / USE_STEP_S)
+    held = [max(1, round(60.0 * end / USE_STEP_S)) for end in use.hold_min]
     numbers = np.zeros((count, steps, len(conditions.sources)), dtype=np.intp)
     for spectrum in numbers:
         for s, source in enumerate(conditions.each):
@@ -152,7 +151,7 @@ def uses_of(conditions: HeatingConditions, prior: GainsPrior) -> tuple[FloatArra
     if conditions.wanted is Wanted.DC_GAINS:
         rows = np.kron(np.eye(sources), np.ones(wide)) @ factor
         return tuple(rows.T @ rows / sources for _ in rises_s)
-    heat = spectra_of_use(conditions.use, conditions, _SEED)
+    heat = spectra_of_use(conditions, _SEED)
     count, steps = heat.shape[:2]
     found: list[FloatArray] = []
     for rises in rises_s:

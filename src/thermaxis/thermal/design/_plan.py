@@ -160,10 +160,11 @@ def planned(
     foreseen = foresight(conditions, prior, blocks)
     sequence = designed(conditions, foreseen, blocks, seed=seed, progress=progress)
     heat = conditions.heat(sequence)
+    numbers: list[list[int]] = sequence.tolist()
     levels = [source.levels for source in conditions.each]
     return ThermalTestPlan(
         conditions=conditions,
-        blocks=tuple(tuple(levels[s][k] for s, k in enumerate(row)) for row in sequence.tolist()),
+        blocks=tuple(tuple(levels[s][k] for s, k in enumerate(row)) for row in numbers),
         foreseen_um=tuple(by_duration_um(foreseen, heat).tolist()),
         settled_um=tuple(foreseen.settled_um(heat).tolist()),
         customary_um=customary_um(conditions, foreseen, blocks, seed),

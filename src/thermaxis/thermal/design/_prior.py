@@ -78,9 +78,10 @@ def prior_of(
         else:
             drawn = _unknown(source, conditions.lags)
         gains = _on_grid(*drawn(rng, draws), grid_s)
-        covariance = np.atleast_2d(np.cov(gains.T))
+        covariance = np.asarray(np.cov(gains.T), dtype=np.float64)
         size = _LEAST_SHARE * float(np.trace(covariance)) / len(covariance)
-        means.append(gains.mean(axis=0) if name in parts else np.zeros(1 + GRID))
+        mean = np.mean(gains, axis=0) if name in parts else np.zeros(1 + GRID)
+        means.append(np.asarray(mean, dtype=np.float64))
         factors.append(np.linalg.cholesky(covariance + size * np.eye(1 + GRID)))
     return GainsPrior(grid_s, np.concatenate(means), _block_diagonal(factors))
 

@@ -64,6 +64,7 @@ def reached(
     """
     answers, y, times_s, counts, zeros = _rows(conditions, prior, experiment)
     noise, best = conditions.noise, (np.inf, 1.0, 1.0, 1.0)
+    means = np.zeros(prior.factor_um.shape[1])
     left = y - answers @ prior.mean_um
     told: list[tuple[FloatArray, FloatArray]] = []
     for r in _TIMES.tolist():
@@ -106,7 +107,8 @@ def _rows(
     """Return answers, displacements, times, readings per row, and readings of the zero."""
     row_s = max(ROW_S, experiment.sample_time_s, experiment.duration_s / 600.0)
     segments = segments_of([experiment], row_s, (0.0,) * experiment.inputs)
-    answers, y, times_s, counts = ([] for _ in range(4))
+    answers, y = list[FloatArray](), list[FloatArray]()
+    times_s, counts = list[FloatArray](), list[FloatArray]()
     zeros, zero, zero_um = 1.0, 0.0, 0.0
     for segment in segments:
         each, start = list[FloatArray](), list[FloatArray]()

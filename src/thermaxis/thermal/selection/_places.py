@@ -99,14 +99,14 @@ def best_places(
     banks = banks_of(outputs, columns, np.array(LAGS_S), max(_MEAN_S, step_s), parts)
     every = np.array(list(combinations(columns, count)), dtype=np.intp)
     errors = _errors_um(banks, every, len(names))
-    best = every[int(np.argmin(errors))]
+    best: list[int] = every[int(np.argmin(errors))].tolist()
 
     def error_um(places: Sequence[int]) -> float:
         return float(_errors_um(banks, np.array([places], dtype=np.intp), len(names))[0])
 
     without = {names[p]: error_um([q for q in best if q != p]) for p in best if count > 1}
     return PlacesResult(
-        every=PlacesError(tuple(names), error_um(list(columns))),
+        every=PlacesError((*names,), error_um(list(columns))),
         best=PlacesError(tuple(names[p] for p in best), float(errors.min())),
         median_um=float(np.median(errors)),
         compared=subsets,
@@ -135,7 +135,8 @@ def _held_out(bank: Bank, subsets: IndexArray, places: int) -> FloatArray:
     grams = [(x[r] * bank.weight[r, None]).T @ x[r] for r in rows]
     rights = [(x[r] * bank.weight[r, None]).T @ bank.displacement[r] for r in rows]
     squares = [bank.weight[r] @ np.square(bank.displacement[r]) for r in rows]
-    weight, own = float(np.sum(bank.weight)), np.arange(columns.shape[1])
+    weight, own = float(np.sum(bank.weight)), np.arange(int(columns.shape[1]))
+    gram_of_all, right_of_all = np.sum(grams, axis=0), np.sum(rights, axis=0)
     left = np.full((len(RIDGES), len(subsets), bank.displacement.shape[1]), 0.0)
     for k, ridge in enumerate(RIDGES):
         added = weight * np.where(own < own.size - 1, ridge, _OFFSET_RIDGE)
@@ -143,9 +144,9 @@ def _held_out(bank: Bank, subsets: IndexArray, places: int) -> FloatArray:
             some = slice(begin, begin + _AT_ONCE)
             at = columns[some]
             for gram, right, square in zip(grams, rights, squares, strict=True):
-                others = (sum(grams) - gram)[at[:, :, None], at[:, None, :]]
+                others = (gram_of_all - gram)[at[:, :, None], at[:, None, :]]
                 others[:, own, own] += added
-                gains = np.linalg.solve(others, (sum(rights) - right)[at])
+                gains: FloatArray = np.linalg.solve(others, (right_of_all - right)[at])
                 answered = gram[at[:, :, None], at[:, None, :]] @ gains
                 left[k, some] += square + np.sum(gains * (answered - 2.0 * right[at]), axis=1)
     return np.maximum(left.min(axis=0), 0.0) / weight
