@@ -24,6 +24,11 @@ from ._foresight import (
     foresight as foresight,
     spectra_of_use as spectra_of_use,
 )
+from ._next_test import (
+    NextTest as NextTest,
+    PossibleTest as PossibleTest,
+    next_test as next_test,
+)
 from ._plan import (
     PlannedKnowledge as PlannedKnowledge,
     PlannedStep as PlannedStep,

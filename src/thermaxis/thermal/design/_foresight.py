@@ -72,7 +72,7 @@ class Foresight:
     def variances_um2(self, heat: FloatArray, blocks: int | None = None) -> FloatArray:
         """Return the mean squares of the error in use after sequences, (c,). [µm²]"""
         each = zip(self.informations(heat, blocks), self.use, strict=True)
-        left = [np.trace(np.linalg.solve(a, np.broadcast_to(q, a.shape)), 0, 1, 2) for a, q in each]
+        left = [np.einsum("cij,ji->c", np.linalg.inv(a), q) for a, q in each]
         return np.mean(left, axis=0)
 
     def foreseen_um(self, heat: FloatArray, blocks: int | None = None) -> float:
@@ -100,19 +100,38 @@ def foresight(conditions: HeatingConditions, prior: GainsPrior, blocks: int) -> 
         noise.drift_um**2,
         3600.0 * noise.drift_h,
     )
+    rises_s = _rises_s(conditions)
+    use = uses_of(conditions, prior)
+    return foresight_of(prior, covariance, use, rises_s, (blocks, block_s, rows))
+
+
+def foresight_of(
+    prior: GainsPrior,
+    covariance: FloatArray,
+    use: tuple[FloatArray, ...],
+    rises_s: FloatArray,
+    length: tuple[int, float, int],
+) -> Foresight:
+    """Return the same of any noise and use.
+
+    Parameters
+    ----------
+    covariance : ndarray
+        Of the noise of means over rows, (n, n). [µm²]
+    use : tuple of ndarray
+        Q, one per draw. [µm²]
+    rises_s : ndarray
+        Time constants with which the inputs rise, (d, s). [s]
+    length : tuple
+        Blocks [1], their length [s], and rows per block [1].
+    """
     white = np.linalg.inv(np.linalg.cholesky(covariance))
     grid_s, whitened = prior.time_constants_s, list[FloatArray]()
-    for rises_s in _rises_s(conditions):
-        each = [pulses(blocks, block_s, rows, grid_s, float(rise_s)) for rise_s in rises_s]
+    for rises in rises_s.tolist():
+        each = [pulses(*length, grid_s, rise_s) for rise_s in rises]
         whitened.append(np.einsum("mn,sbng->sbmg", white, np.stack(each), optimize=True))
-    settled = np.kron(np.eye(len(conditions.sources)), np.ones(1 + grid_s.size)) @ prior.factor_um
-    return Foresight(
-        whitened=tuple(whitened),
-        use=uses_of(conditions, prior),
-        settled=settled,
-        factor=prior.factor_um,
-        rows=rows,
-    )
+    settled = np.kron(np.eye(rises_s.shape[1]), np.ones(1 + grid_s.size)) @ prior.factor_um
+    return Foresight(tuple(whitened), use, settled, prior.factor_um, length[2])
 
 
 def _rises_s(conditions: HeatingConditions) -> FloatArray:

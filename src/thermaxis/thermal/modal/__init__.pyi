@@ -1,3 +1,7 @@
+from ._evidence import (
+    factored as factored,
+    log_prior_variance as log_prior_variance,
+)
 from ._lags import (
     Refinement as Refinement,
 )
@@ -9,11 +13,6 @@ from ._modal import (
     ResponseEvidence as ResponseEvidence,
     modal as modal,
     response_evidence as response_evidence,
-)
-from ._next_test import (
-    NextTest as NextTest,
-    PossibleTest as PossibleTest,
-    next_test as next_test,
 )
 from ._posterior import (
     ResponsePosterior as ResponsePosterior,
