@@ -22,6 +22,7 @@ from ._exchange import (
 from ._foresight import (
     Foresight as Foresight,
     foresight as foresight,
+    foresight_of as foresight_of,
     spectra_of_use as spectra_of_use,
 )
 from ._next_test import (

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from enum import StrEnum
-from itertools import groupby
+from itertools import groupby, product
 from typing import TypeAlias, final
 
 import numpy as np
@@ -21,6 +21,7 @@ STARTS = 4
 GAINED = 1e-6
 """Share by which an exchange lowers the mean square at least. [1]"""
 _LONGEST_STRETCH = 3
+_MOST_ROWS = 9
 _RANDOM = 100
 _TRIED = 3000
 
@@ -60,7 +61,14 @@ def allowed(conditions: HeatingConditions, sequence: IntArray) -> bool:
 
 
 def _exchanges(conditions: HeatingConditions, sequence: IntArray) -> Iterator[IntArray]:
-    """Yield the allowed sequences that differ in one stretch of one source."""
+    """Yield the allowed sequences that differ in one stretch of one source, or in one block."""
+    rows = list(product(*(range(len(source.levels)) for source in conditions.each)))
+    for block in range(len(sequence) if len(rows) <= _MOST_ROWS else 0):
+        for row in rows:
+            other = sequence.copy()
+            other[block] = row
+            if np.count_nonzero(other != sequence) > 1 and allowed(conditions, other):
+                yield other
     for s, source in enumerate(conditions.each):
         least = max(source.shortest_on_min, source.shortest_off_min) / conditions.block_min
         longest = max(_LONGEST_STRETCH, int(np.ceil(least - 1e-9)))

@@ -17,7 +17,7 @@ def _integral(time_s: FloatArray, time_constants_s: FloatArray, rise_s: float) -
     t - (T^2 (1 - exp(-t / T)) - r^2 (1 - exp(-t / r))) / (T - r).
     """
     t = np.maximum(time_s, 0.0)[:, None]
-    lag_s = np.maximum(time_constants_s, 1e-6)
+    lag_s = np.maximum(time_constants_s, 1e-12)
     if rise_s <= 0.0:
         return np.asarray(t + lag_s * np.expm1(-t / lag_s))
     near = np.abs(lag_s - rise_s) < _APART * rise_s
