@@ -31,7 +31,8 @@ def add_plan(plan: argparse.ArgumentParser) -> None:
     add("-o, --output FILE", "the plan, JSON, for program and record --plan", Path)
     add(
         "--after LOG",
-        "log of an earlier test: says what it has reached, and plans what to run next",
+        "log of an earlier test: says what it has reached, and plans what to run next; may be"
+        " given more than once",
         Path,
         many=True,
     )
