@@ -1,5 +1,6 @@
 """What is stated of a thermal test before it is planned: what may be switched, what is known."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -202,6 +203,11 @@ class KnownModel:
     def __post_init__(self) -> None:
         require_range("known.gains_percent", self.gains_percent, 0.1, 300.0)
         require_range("known.time_constants_percent", self.time_constants_percent, 0.1, 300.0)
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the logarithm of a time constant. [1]"""
+        return math.log1p(self.time_constants_percent / 100.0)
 
 
 @final

@@ -82,7 +82,7 @@ class Foresight:
     def settled_um(self, heat: FloatArray) -> FloatArray:
         """Return the standard deviations of what each source does when it has settled, (s,)."""
         squares = [
-            np.sum(self.settled.T * np.linalg.solve(a[0], self.settled.T), axis=0)
+            np.sum((self.settled @ np.linalg.inv(a)[0]) * self.settled, axis=1)
             for a in self.informations(heat[None])
         ]
         return np.asarray(np.sqrt(np.mean(squares, axis=0)))

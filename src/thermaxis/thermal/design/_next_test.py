@@ -9,10 +9,10 @@ import numpy as np
 
 from thermaxis.codes import Message
 from thermaxis.thermal._arrays import FloatArray, significant
-from thermaxis.thermal.design._foresight import Foresight, foresight_of
+from thermaxis.thermal.design._foresight import foresight_of
 from thermaxis.thermal.design._prior import GainsPrior
 from thermaxis.thermal.design._responses import pulses
-from thermaxis.thermal.modal import ResponseEvidence, factored, log_prior_variance
+from thermaxis.thermal.modal import ResponseEvidence
 
 SETTLED = 0.05
 """What is left of the largest displacement when a source has settled: three time constants. [1]"""
@@ -88,8 +88,8 @@ def next_test(
 
     Notes
     -----
-    What is known is the gains' covariance by the record (`gains_of`), what is wanted one input
-    alone, from rest until it has settled and back; what a test leaves is its `Foresight`.
+    What is known is the gains' covariance by the record, what is wanted one input alone, from rest
+    until it has settled and back; what a test leaves is its `Foresight`.
     """
     sizes = evidence.wide_sizes or evidence.sizes
     block_s = max(s.rows * s.sample_time_s for s in evidence.segments)
@@ -100,25 +100,28 @@ def next_test(
     rises_s = block_s * np.maximum(np.abs(highest) / np.fmax(np.max(steps, axis=0), 1e-9), 1.0)
     same = np.array([[one == other for other in alike] for one in alike])
     levels = np.max(np.abs(highest) * same, axis=1)
-    prior, unit_um = gains_of(evidence, levels)
+    mean_um_per_k, factor_um_per_k, unit_um = evidence.gains()
+    at = np.repeat(levels, 1 + evidence.time_constants_s.size)
+    prior = GainsPrior(evidence.time_constants_s, at * mean_um_per_k, at[:, None] * factor_um_per_k)
     settled_s = _settled_s(evidence, prior.mean_um, levels)
 
-    def foreseen(on_s: float, use: FloatArray) -> Foresight:
+    def length(on_s: float) -> tuple[int, float, int]:
         rows = max(FEWEST_READINGS // 2, math.ceil(on_s / block_s))
-        times_s = block_s * np.arange(2 * rows, dtype=np.float64)
-        covariance = unit_um**2 * (sizes.noise.covariance(times_s, block_s) + sizes.offset_ratio)
-        length = 2, rows * block_s, rows
-        return foresight_of(prior, covariance, (use,), rises_s[None], length)
+        return 2, rows * block_s, rows
 
-    whole = foreseen(settled_s, np.zeros((0, 0)))
-    rows = whole.rows * 2
-    uses = [
-        pulses(2, whole.rows * block_s, whole.rows, prior.time_constants_s, rise_s)[0]
-        for rise_s in rises_s.tolist()
-    ]
-    used = [u @ f for u, f in zip(uses, np.split(prior.factor_um, len(uses)), strict=True)]
-    own_um = np.array([math.sqrt(float(np.sum(np.square(one))) / rows) for one in used])
-    use = np.asarray(sum(one.T @ one for one in used) / rows, dtype=np.float64)
+    uses: list[FloatArray] = []
+    for rise_s, own in zip(rises_s.tolist(), np.split(prior.factor_um, levels.size), strict=True):
+        used = pulses(*length(settled_s), prior.time_constants_s, rise_s)[0] @ own
+        uses.append(used.T @ used / len(used))
+    own_um = np.sqrt([np.trace(use) for use in uses])
+    use = np.asarray(np.sum(uses, axis=0), dtype=np.float64)
+
+    def left_um(heat: FloatArray, on_s: float) -> float:
+        times_s = block_s * np.arange(2 * length(on_s)[2], dtype=np.float64)
+        covariance = unit_um**2 * (sizes.noise.covariance(times_s, block_s) + sizes.offset_ratio)
+        after = foresight_of(prior, covariance, (use,), rises_s[None], length(on_s))
+        return after.foreseen_um(heat)
+
     tests = list[PossibleTest]()
     moved = np.abs(highest) > MOVED * levels
     for k in np.flatnonzero(moved).tolist():
@@ -127,7 +130,7 @@ def next_test(
         tried: list[tuple[float, float]] = []
         for on_s in (share * settled_s for share in SHARES):
             rounded_s = HALF_HOUR_S * math.ceil(on_s / HALF_HOUR_S) if on_s > HALF_HOUR_S else on_s
-            tried.append((rounded_s, foreseen(rounded_s, use).foreseen_um(heat)))
+            tried.append((rounded_s, left_um(heat, rounded_s)))
         least = min(after_um for _, after_um in tried)
         on_s, after_um = next(one for one in tried if one[1] <= AS_GOOD * least)
         level_k, own = abs(float(highest[k])), float(own_um[k])
@@ -135,31 +138,6 @@ def next_test(
     tests.sort(key=lambda test: test.after_um)
     unmoved = tuple(name for name, ran in zip(input_names, moved, strict=True) if not ran)
     return NextTest(float(np.linalg.norm(own_um)), tuple(tests), unmoved)
-
-
-def gains_of(evidence: ResponseEvidence, levels_k: FloatArray) -> tuple[GainsPrior, float]:
-    """Return what a record says of gains at levels, and its white noise. [µm]
-
-    Notes
-    -----
-    With the gains' precision A (`log_evidence_of`; transients and offsets integrated out) and the
-    variance v of the white noise their covariance is v A^-1.
-    """
-    design, sizes = evidence.design, evidence.wide_sizes or evidence.sizes
-    gram, _ = design.products(sizes.noise)
-    whole, g = (
-        gram[:-1, :-1] + np.diag(np.exp(-log_prior_variance(design, sizes, design.lags))),
-        (design.gains),
-    )
-    mean = np.asarray(np.linalg.solve(whole, gram[:-1, -1]), dtype=np.float64)
-    left = max(float(gram[-1, -1] - gram[:-1, -1] @ mean), 0.0)
-    unit_um = evidence.scales.y * math.sqrt(left / design.readings)
-    cross = whole[g:, :g]
-    precision = whole[:g, :g] - cross.T @ np.linalg.solve(whole[g:, g:], cross)
-    scale = np.repeat(levels_k / evidence.scales.u, 1 + design.lags)[:, None]
-    factor = unit_um * scale * np.linalg.inv(factored(precision)).T
-    mean_um = evidence.scales.y * scale[:, 0] * mean[:g]
-    return GainsPrior(evidence.time_constants_s, mean_um, factor), unit_um
 
 
 def _settled_s(evidence: ResponseEvidence, gains_um: FloatArray, levels: FloatArray) -> float:

@@ -5,17 +5,22 @@ that linear prediction needs: its mean square error over the draws is exactly wh
 with these moments says.
 """
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from scipy.linalg import block_diag  # pyright: ignore[reportUnknownVariableType] - no types
 
 from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.thermal._arrays import FloatArray
-from thermaxis.thermal.design._conditions import HeatingConditions, HeatSource, LagRange
+from thermaxis.thermal.design._conditions import (
+    HeatingConditions,
+    HeatSource,
+    KnownModel,
+    LagRange,
+)
 
 GRID = 12
 """Time constants of the grid. [1]"""
@@ -56,9 +61,10 @@ def prior_of(
     """
     low_s, high_s = (60.0 * end for end in conditions.lags.between_min)
     known = conditions.known
-    spread = 0.0 if known is None else np.log1p(known.time_constants_percent / 100.0)
     parts = dict[str, Part]()
-    if model is not None and known is not None:
+    if known is not None:
+        if model is None:
+            raise ConfigurationError("missing_key", place=Place(key="known.model"))
         own = [one for one in model.outputs if one.name == conditions.output]
         parts = {part.name: part for one in own for part in one.parts}
         for name in conditions.sources:
@@ -67,57 +73,50 @@ def prior_of(
                 values = {"name": name, "output": conditions.output}
                 raise ConfigurationError("source_not_in_model", place=place, **values)
         taus_s = [x.time_constant_s for n in conditions.sources for x in parts[n].sections]
-        low_s = min(low_s, min(taus_s, default=low_s) * float(np.exp(-2.0 * spread)))
-        high_s = max(high_s, max(taus_s, default=high_s) * float(np.exp(2.0 * spread)))
+        low_s = min(low_s, min(taus_s, default=low_s) * float(np.exp(-2.0 * known.spread)))
+        high_s = max(high_s, max(taus_s, default=high_s) * float(np.exp(2.0 * known.spread)))
     grid_s = np.geomspace(low_s, max(high_s, low_s * 1.01), GRID)
     rng = np.random.default_rng(_SEED)
     means, factors = list[FloatArray](), list[FloatArray]()
     for name, source in conditions.sources.items():
-        if name in parts and known is not None:
-            drawn = _around(parts[name], source, known.gains_percent / 100.0, spread)
+        if known is not None:
+            drawn = _around(rng, draws, parts[name], source, known)
         else:
-            drawn = _unknown(source, conditions.lags)
-        gains = _on_grid(*drawn(rng, draws), grid_s)
+            drawn = _unknown(rng, draws, source, conditions.lags)
+        gains = _on_grid(*drawn, grid_s)
         covariance = np.asarray(np.cov(gains.T), dtype=np.float64)
         size = _LEAST_SHARE * float(np.trace(covariance)) / len(covariance)
         mean = np.mean(gains, axis=0) if name in parts else np.zeros(1 + GRID)
         means.append(np.asarray(mean, dtype=np.float64))
-        factors.append(np.linalg.cholesky(covariance + size * np.eye(1 + GRID)))
-    return GainsPrior(grid_s, np.concatenate(means), _block_diagonal(factors))
+        covariance += size * np.eye(1 + GRID)
+        factors.append(np.asarray(np.linalg.cholesky(covariance), dtype=np.float64))
+    factor = np.asarray(block_diag(*factors), dtype=np.float64)
+    return GainsPrior(grid_s, np.concatenate(means), factor)
 
 
 _Drawn = tuple[FloatArray, FloatArray, FloatArray]
-_Draw = Callable[[np.random.Generator, int], _Drawn]
+"""Direct gains, (d,), gains, (d, j), and logarithms of their time constants, (d, j)."""
 
 
-def _unknown(source: HeatSource, lags: LagRange) -> _Draw:
-    """Return what draws direct gains (d,), gains (d, j) and logarithms of time constants."""
+def _unknown(rng: np.random.Generator, draws: int, source: HeatSource, lags: LagRange) -> _Drawn:
     low, high = np.log(np.array(lags.between_min) * 60.0)
-    std_um = source.displacement_um / np.sqrt(1.0 + lags.number)
-
-    def draw(rng: np.random.Generator, draws: int) -> _Drawn:
-        shape = draws, lags.number
-        taus = rng.uniform(low, high, shape)
-        return rng.normal(0.0, std_um, draws), rng.normal(0.0, std_um, shape), taus
-
-    return draw
+    std_um, shape = source.displacement_um / np.sqrt(1.0 + lags.number), (draws, lags.number)
+    taus = rng.uniform(low, high, shape)
+    return rng.normal(0.0, std_um, draws), rng.normal(0.0, std_um, shape), taus
 
 
-def _around(part: Part, source: HeatSource, share: float, spread: float) -> _Draw:
-    """Return the same around a part of a model."""
+def _around(
+    rng: np.random.Generator, draws: int, part: Part, source: HeatSource, known: KnownModel
+) -> _Drawn:
+    share, spread = known.gains_percent / 100.0, known.spread
     gains_um = source.temperature_k * np.array([one.gain_um_per_k for one in part.sections])
     log_taus = np.log([one.time_constant_s for one in part.sections])
     direct_um = source.temperature_k * part.direct_gain_um_per_k
     # a sister may have a direct gain where this model has none, of the size that gains have
-    size_um = share * max(float(np.sqrt(np.sum(gains_um**2) + direct_um**2)), 1e-9)
-
-    def draw(rng: np.random.Generator, draws: int) -> _Drawn:
-        shape = draws, gains_um.size
-        direct = direct_um + rng.normal(0.0, size_um / np.sqrt(1.0 + gains_um.size), draws)
-        gains = gains_um * (1.0 + rng.normal(0.0, share, shape))
-        return direct, gains, log_taus + rng.normal(0.0, spread, shape)
-
-    return draw
+    size_um = share * float(np.sqrt(np.sum(gains_um**2) + direct_um**2) + 1e-9)
+    direct = direct_um + rng.normal(0.0, size_um / np.sqrt(1.0 + gains_um.size), draws)
+    gains = gains_um * (1.0 + rng.normal(0.0, share, (draws, gains_um.size)))
+    return direct, gains, log_taus + rng.normal(0.0, spread, gains.shape)
 
 
 def _on_grid(
@@ -133,12 +132,3 @@ def _on_grid(
         np.add.at(found, (rows, 1 + left[:, j]), gains[:, j] * (1.0 - share[:, j]))
         np.add.at(found, (rows, 2 + left[:, j]), gains[:, j] * share[:, j])
     return found
-
-
-def _block_diagonal(blocks: Sequence[FloatArray]) -> FloatArray:
-    size = sum(len(block) for block in blocks)
-    whole, at = np.zeros((size, size)), 0
-    for block in blocks:
-        whole[at : at + len(block), at : at + len(block)] = block
-        at += len(block)
-    return whole

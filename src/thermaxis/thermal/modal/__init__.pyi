@@ -1,7 +1,3 @@
-from ._evidence import (
-    factored as factored,
-    log_prior_variance as log_prior_variance,
-)
 from ._lags import (
     Refinement as Refinement,
 )

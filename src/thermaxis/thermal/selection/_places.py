@@ -136,7 +136,8 @@ def _held_out(bank: Bank, subsets: IndexArray, places: int) -> FloatArray:
     rights = [(x[r] * bank.weight[r, None]).T @ bank.displacement[r] for r in rows]
     squares = [bank.weight[r] @ np.square(bank.displacement[r]) for r in rows]
     weight, own = float(np.sum(bank.weight)), np.arange(int(columns.shape[1]))
-    gram_of_all, right_of_all = np.sum(grams, axis=0), np.sum(rights, axis=0)
+    gram_of_all: FloatArray = np.sum(grams, axis=0)
+    right_of_all: FloatArray = np.sum(rights, axis=0)
     left = np.full((len(RIDGES), len(subsets), bank.displacement.shape[1]), 0.0)
     for k, ridge in enumerate(RIDGES):
         added = weight * np.where(own < own.size - 1, ridge, _OFFSET_RIDGE)
@@ -144,9 +145,10 @@ def _held_out(bank: Bank, subsets: IndexArray, places: int) -> FloatArray:
             some = slice(begin, begin + _AT_ONCE)
             at = columns[some]
             for gram, right, square in zip(grams, rights, squares, strict=True):
-                others = (gram_of_all - gram)[at[:, :, None], at[:, None, :]]
+                others: FloatArray = (gram_of_all - gram)[at[:, :, None], at[:, None, :]]
                 others[:, own, own] += added
-                gains: FloatArray = np.linalg.solve(others, (right_of_all - right)[at])
-                answered = gram[at[:, :, None], at[:, None, :]] @ gains
+                wanted: FloatArray = (right_of_all - right)[at]
+                gains = np.asarray(np.linalg.inv(others) @ wanted, dtype=np.float64)
+                answered: FloatArray = gram[at[:, :, None], at[:, None, :]] @ gains
                 left[k, some] += square + np.sum(gains * (answered - 2.0 * right[at]), axis=1)
     return np.maximum(left.min(axis=0), 0.0) / weight
