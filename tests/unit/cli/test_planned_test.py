@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.unit.cli.refusals import code_of
+from tests.unit.cli.refusals import code_of, refusal
 from tests.unit.runtime.simulated import VirtualClock, run_in_virtual_time
 from thermaxis.cli import main
 from thermaxis.cli._planned_test import told_of_plan
@@ -162,6 +162,21 @@ def test_sources_without_an_input_can_be_planned_but_not_followed(tmp_path: Path
     )
     log = log_of(tmp_path / "log.csv", plan, 1.0)
     assert code_of(*words, "--after", log) == "missing_key"
+
+
+def test_a_mistake_is_named_with_its_source(tmp_path: Path) -> None:
+    heat = tmp_path / "heat.toml"
+    words = ["thermal-test", "plan", "--machine", heat, "--duration", "2h"]
+    for text, code, key in (
+        ("[sources.a]\nlevels = [1, 2]\n", "levels_not_from_zero", "sources.a.levels"),
+        ("[sources.a]\nlevel = 3\n", "unknown_key_near", "sources.a.level"),
+        ("[sources.a]\nrise_min = [9, 3]\n", "span_not_possible", "sources.a.rise_min"),
+        ("sources = 3\n", "not_a_table", "sources"),
+        ("[sources.a]\n[noise]\nreading_um = 0\n", "not_positive_up_to", "noise.reading_um"),
+    ):
+        heat.write_text(text)
+        error = refusal(*words)
+        assert (error.code, error.place.key) == (code, key)
 
 
 def test_places_are_chosen_from_logs(tmp_path: Path) -> None:

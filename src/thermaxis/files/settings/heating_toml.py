@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from thermaxis.files.settings._reading import read_toml, settings_of
-from thermaxis.thermal import HeatingConditions
+from thermaxis.codes import printable
+from thermaxis.files.settings._reading import as_table, read_toml, settings_of
+from thermaxis.thermal import HeatingConditions, HeatSource
 
 
 def read_heating_conditions(path: Path) -> HeatingConditions:
@@ -14,4 +15,7 @@ def read_heating_conditions(path: Path) -> HeatingConditions:
     ConfigurationError
         If the file cannot be read, a key is unknown, or a value is not possible.
     """
-    return settings_of(HeatingConditions, read_toml(path), file=str(path))
+    table, file = read_toml(path), str(path)
+    for name, source in as_table(file, "sources", table.get("sources", {})).items():
+        settings_of(HeatSource, source, file=file, key=f"sources.{printable(name, 40)}")
+    return settings_of(HeatingConditions, table, file=file)

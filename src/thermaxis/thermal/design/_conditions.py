@@ -254,9 +254,9 @@ class HeatingConditions:
 
     def blocks(self, duration_s: float) -> int:
         """Return the number of blocks of a duration."""
-        blocks = int(duration_s / (60.0 * self.block_min) + 1e-9)
-        require_count("duration", blocks, 2, MOST_BLOCKS)
-        return blocks
+        minutes, least = duration_s / 60.0, 2.0 * self.block_min
+        require_range("duration_min", minutes, least, MOST_BLOCKS * self.block_min)
+        return int(minutes / self.block_min + 1e-9)
 
     def heat(self, sequence: Sequence[Sequence[int]] | np.ndarray) -> FloatArray:
         """Return the heat of levels by number, (..., b, s), as shares of the highest, alike. [1]"""
