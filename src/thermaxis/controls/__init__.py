@@ -13,6 +13,7 @@ from thermaxis.controls._control import (
     Control,
     ControlOption,
     GridRule,
+    HeatingRequest,
     HeatingWords,
     ProgramRequest,
     ReadTable,
@@ -26,7 +27,6 @@ from thermaxis.controls._control import (
     comment_text,
     finding,
 )
-from thermaxis.controls._heating import HeatingRequest, format_heating
 from thermaxis.errors import ConfigurationError
 
 __all__ = [
@@ -50,7 +50,6 @@ __all__ = [
     "control_by_name",
     "control_names",
     "finding",
-    "format_heating",
 ]
 
 

@@ -4,13 +4,13 @@ Every control states its words (`HeatingWords`); what is written with them is th
 """
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from thermaxis.codes import Place
 from thermaxis.controls._control import (
     Control,
+    HeatingRequest,
     HeatingWords,
     axis_letter,
     comment_text,
@@ -28,32 +28,8 @@ _HIGHEST_PROGRAM = 7999
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,15}")
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class HeatingRequest:
-    """A thermal test that an NC program is to run."""
-
-    plan: "ThermalTestPlan"
-    plan_sha256: str
-    """Hash by which the program names its plan."""
-    options: Mapping[str, str]
-    """Options of the control, by name."""
-    travel: tuple[float, float] | None = None
-    """Lowest and highest position that an axis may reach; None: not stated. [mm]"""
-
-
-def format_heating(control: Control, request: HeatingRequest) -> str:
-    """Return the NC program of a thermal test, lines ended as the control has them.
-
-    Not protected: speeds, motion and M functions are those that the plan states; nothing is known
-    of a tool that may not turn so fast, of chuck or workpiece, or of what stands in the way.
-
-    Raises
-    ------
-    ConfigurationError
-        If a source has no switch, two axes are to move at the same time, the control has no such
-        axis or spindle, or a position lies outside the stated travel.
-    """
+def heating_program(control: Control, request: HeatingRequest) -> str:
+    """Return the NC program of a thermal test, see `Control.format_heating`."""
     words = control.heating
     sources = _switches(request.plan, words.spindles)
     _check(request, list(sources.values()))

@@ -11,7 +11,6 @@ from thermaxis.controls import (
     check_options,
     control_by_name,
     control_names,
-    format_heating,
 )
 from thermaxis.errors import ConfigurationError
 from thermaxis.thermal import (
@@ -57,7 +56,7 @@ def program_of(
 ) -> str:
     control = control_by_name(name)
     options = check_options(control, stated, purpose="heating")
-    return format_heating(control, HeatingRequest(plan, "ab" * 32, options, travel))
+    return control.format_heating(HeatingRequest(plan, "ab" * 32, options, travel))
 
 
 def read_back(text: str) -> list[tuple[float, float, bool, float]]:

@@ -35,7 +35,6 @@ from thermaxis.controls import (
     check_options,
     comment_text,
     control_by_name,
-    format_heating,
 )
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import plan_sha256, read_any_plan, thermal_test_plan_sha256
@@ -138,7 +137,7 @@ def _heating(arguments: argparse.Namespace, control: Control, plan: ThermalTestP
         options=check_options(control, arguments.set, purpose="heating"),
         travel=arguments.travel,
     )
-    write_ascii(arguments.output, format_heating(control, request))
+    write_ascii(arguments.output, control.format_heating(request))
     hours = f"{plan.duration_s / 3600.0:.2f} h, accelerations beside it"
     said = [f"{arguments.output}: thermal test for {control.title}, {hours}", _BEFORE_HEATING]
     switches = [one.switch for one in plan.conditions.each if one.switch and one.switch.axis]
