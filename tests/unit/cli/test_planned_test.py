@@ -14,8 +14,13 @@ from thermaxis.cli._planned_test import told_of_plan
 from thermaxis.cli.machine.record import tell_of_plan
 from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
-from thermaxis.files import read_thermal_test_plan, thermal_test_plan_sha256, write_thermal_log
-from thermaxis.thermal import ThermalLog
+from thermaxis.files import (
+    read_heating_conditions,
+    read_thermal_test_plan,
+    thermal_test_plan_sha256,
+    write_thermal_log,
+)
+from thermaxis.thermal import HeatingConditions, HeatSource, ThermalLog
 
 HEAT = """
 enough_um = {enough}
@@ -162,6 +167,18 @@ def test_sources_without_an_input_can_be_planned_but_not_followed(tmp_path: Path
     )
     log = log_of(tmp_path / "log.csv", plan, 1.0)
     assert code_of(*words, "--after", log) == "missing_key"
+
+
+def test_the_page_shows_a_file_that_is_read_and_its_defaults(tmp_path: Path) -> None:
+    page = Path(__file__).parents[3] / "docs" / "how-to" / "thermal-test.md"
+    text = page.read_text("utf-8").split("# heat.toml\n")[1].split("```")[0]
+    (tmp_path / "heat.toml").write_text(text, encoding="utf-8")
+    shown = read_heating_conditions(tmp_path / "heat.toml")
+    plain = HeatingConditions(sources={"spindle": HeatSource()})
+    for key in ("lags", "noise", "use", "block_min", "rest_min", "cool_min", "output", "wanted"):
+        assert getattr(shown, key) == getattr(plain, key), key
+    for key in ("temperature_k", "displacement_um", "rise_min"):
+        assert getattr(shown.sources["spindle"], key) == getattr(HeatSource(), key), key
 
 
 def test_a_mistake_is_named_with_its_source(tmp_path: Path) -> None:
