@@ -14,7 +14,7 @@ places      FL_THERMAL and the virtual lathe with twelve places: three chosen in
             from, beside all places and 200 random triples; mean absolute error of free runs on
             later rows, by a ridge on four lags (1e-2) and by `modal`
 
-    python benchmarks/designed_tests.py [--sections machines,lathe,places] [--draws 50] [--seeds 8]
+    python benchmarks/designed_tests.py [--sections machines,lathe,places] [--draws 50] [--seeds 24]
 """
 
 import argparse
@@ -245,6 +245,7 @@ def on_lathe(sequences: Sequences, seed: int) -> dict[str, tuple[float, ...]]:
 def lathe(jobs: int, seeds: int) -> None:
     sequences = {
         **tests(LATHE, 16, 28),
+        "designed, longer": tests(LATHE, 20, 28)["designed"],
         "random, 56 h": random_sequence(LATHE, 112, np.random.default_rng(5)),
     }
     with Pool(jobs) as pool:
@@ -356,7 +357,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--sections", default="machines,lathe,places")
     parser.add_argument("--draws", type=int, default=50)
-    parser.add_argument("--seeds", type=int, default=8)
+    parser.add_argument("--seeds", type=int, default=24)
     parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
     for section in arguments.sections.split(","):
