@@ -300,6 +300,7 @@ def test_a_part_of_a_record_has_reached_less() -> None:
         (lambda: HeatSource(heat=(0.0, 0.5, 1.0)), "rise from zero"),
         (lambda: HeatSource(rise_min=(20.0, 10.0)), "no span"),
         (lambda: SourceSwitch(SwitchKind.AXIS, axis="X"), "two different ends"),
+        (lambda: SourceSwitch(SwitchKind.FUNCTION, on=30), "M30 is no switch"),
         (lambda: replace(TWO, sources={}), "sources"),
         (
             lambda: replace(

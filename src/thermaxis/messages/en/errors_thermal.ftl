@@ -255,6 +255,8 @@ error-times_not_images = There are { $times } times for { $images } images.
 
 error-axis_without_way = An axis that heats needs its name and two different ends of its way.
     .remedy = State axis, from_mm and to_mm.
+error-function_no_switch = M{ $number } is no switch: it stops, ends or calls a program, turns a spindle or changes a tool.
+    .remedy = Name the M functions that switch this source on and off.
 error-levels_not_from_zero = The values do not rise from zero, one for each level.
     .remedy = Write them rising, the first one 0: standstill.
 error-span_not_possible = { $first } to { $last } is no span from { $least } to { $most }.

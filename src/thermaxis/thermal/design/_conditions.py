@@ -22,6 +22,8 @@ LOSS_EXPONENT = 1.5
 """Losses of bearings grow with this power of the speed [S]. [1]"""
 MOST_SOURCES, MOST_LEVELS, MOST_BLOCKS = 6, 8, 200
 """More would take minutes to plan. [1]"""
+NO_SWITCH = frozenset({0, 1, 2, 3, 4, 5, 6, 17, 19, 30, 98, 99})
+"""M functions that stop, end or call a program, turn a spindle or change a tool. [1]"""
 _LONGEST_MIN = 10_000.0
 _LARGEST = 1e6
 
@@ -68,6 +70,10 @@ class SourceSwitch:
         require_range("switch.spindle", self.spindle, 1, 8)
         require_range("switch.on", self.on, 0, 9999)
         require_range("switch.off", self.off, 0, 9999)
+        for key in ("on", "off"):
+            if (number := getattr(self, key)) in NO_SWITCH:
+                place = Place(key=f"switch.{key}")
+                raise ConfigurationError("function_no_switch", number=number, place=place)
         if self.kind is SwitchKind.AXIS and (not self.axis or self.from_mm == self.to_mm):
             raise ConfigurationError("axis_without_way", place=Place(key="switch.axis"))
 
