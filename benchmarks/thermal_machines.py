@@ -67,7 +67,8 @@ from thermaxis.thermal import (
     simulate_modal,
     verify,
 )
-from thermaxis.thermal.modal import Refinement, next_test, response_evidence
+from thermaxis.thermal.design import next_test
+from thermaxis.thermal.modal import Refinement, response_evidence
 
 Array = NDArray[np.float64]
 NAMES = ("spindle", "table")

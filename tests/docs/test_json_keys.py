@@ -59,6 +59,8 @@ PROMISED = {
 }
 FREE = (
     "thermal-test-evaluate.cases[].quantities[].whole.standard_uncertainties",
+    *("thermal-test-plan.steps[].levels", "thermal-test-plan.settled_um"),
+    "thermal-test-places.without_um",
     *("options", "test.header", "test.environment", "plan.plan", "plan.search.tried"),
     *(f"identify.outputs.NAME.{key}" for key in ("numerator", "denominator")),
     *("identify.joint_gains.gains", "verify.logs[].outputs.NAME.contribution_peak_to_peak_um"),
@@ -363,6 +365,18 @@ def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> N
         words = ["thermal-test", "evaluate", str(examples / f"{name}.csv"), "--kind", kind]
         words += ["--setup", str(setup), *json_words]
         keys_written(words, "thermal-test-evaluate", found)
+    _planned_tests(folder, examples, json_words, found)
+
+
+def _planned_tests(
+    folder: Path, examples: Path, json_words: list[str], found: dict[str, set[str]]
+) -> None:
+    heat, log = folder / "heat.toml", str(examples / "lathe_spindle.csv")
+    heat.write_text('[sources.spindle]\ninput = "T_spindle_C-T_column_C"\n', encoding="ascii")
+    plan = ["thermal-test", "plan", "--machine", str(heat), "--duration", "1h", "--after", log]
+    places = ["thermal-test", "places", log, "--places", "1"]
+    keys_written([*plan, *json_words], "thermal-test-plan", found)
+    keys_written([*places, *json_words], "thermal-test-places", found)
 
 
 @pytest.mark.proof

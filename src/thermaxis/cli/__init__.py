@@ -32,7 +32,7 @@ GROUPS = {
         "compare": "compare several compensation models on one log",
         "combine": "superpose compensation models, with a gain by workpiece diameter",
         "merge": "join the logs of two recorders by time",
-        "thermal-test": "evaluate a thermal test: the four of ISO 230-3",
+        "thermal-test": "plan a thermal test, or evaluate one of the four of ISO 230-3",
     },
     "machine": {
         "demo": "try loop and pages at a virtual lathe that can be broken: one command, no file",

@@ -21,6 +21,7 @@ from thermaxis.quantities import AxisKind
 
 if TYPE_CHECKING:  # so that a command's help need not load numpy
     from thermaxis.positioning import CompensationTable, FloatArray, MoveBlock, TestPlan
+    from thermaxis.thermal import ThermalTestPlan
 
 LONGEST_COMMENT = 60
 """Longest text of a plan or a run within a comment; the rest is cut. [character]"""
@@ -189,6 +190,54 @@ class ReadTable:
     magnification that was chosen to fit the values. [µm or arcsec]"""
 
 
+@final
+@dataclass(frozen=True, slots=True)
+class HeatingRequest:
+    """A thermal test that an NC program is to run."""
+
+    plan: "ThermalTestPlan"
+    plan_sha256: str
+    """Hash by which the program names its plan."""
+    options: Mapping[str, str]
+    """Options of the control, by name."""
+    travel: tuple[float, float] | None = None
+    """Lowest and highest position that an axis may reach; None: not stated. [mm]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class HeatingWords:
+    """How a control writes the program of a thermal test (`Control.format_heating`)."""
+
+    comment: str
+    """A comment, with ``{}`` for its text."""
+    begin: tuple[str, ...]
+    """Lines behind the head, with names of options in braces."""
+    end: tuple[str, ...]
+    """Last lines, alike."""
+    spindle: tuple[str, ...]
+    """Lines that turn a spindle, with its number ``{n}``, one less ``{k}``, and ``{speed}``."""
+    spindle_stop: tuple[str, ...]
+    """Lines that stop it, alike."""
+    spindles: int
+    """Spindles that it can name so. [1]"""
+    move: str
+    """A move, with ``{axis}``, ``{mm}`` and ``{feed}``."""
+    loop: tuple[tuple[str, ...], tuple[str, ...]]
+    """Lines around what is repeated, with ``{number}`` of the loop, ``{times}``, and ``{more}``,
+    one less."""
+    dwell: tuple[str, ...]
+    """Lines of a dwell, with ``{s}`` and ``{ms}``."""
+    longest_dwell_s: float
+    """A longer one is several. [s]"""
+    first: tuple[str, ...] = ()
+    """Lines before the head, as `begin`."""
+    numbered: bool = False
+    """Whether lines have numbers, from zero."""
+    upper_case: bool = False
+    """Whether the control reads capital letters alone."""
+
+
 class Control(ABC):
     """A machine control. Every subclass is final and stands in a file of its own."""
 
@@ -201,6 +250,8 @@ class Control(ABC):
     newline: str = "\n"
     """End of a line in its files."""
     options: tuple[ControlOption, ...] = ()
+    heating: HeatingWords
+    """Its words for a thermal test."""
 
     @abstractmethod
     def format_program(self, request: ProgramRequest) -> str:
@@ -221,6 +272,23 @@ class Control(ABC):
         and a counter, which moves last and only after a touch: where nothing is met the control
         says so, and the program ends.
         """
+
+    def format_heating(self, request: HeatingRequest) -> str:
+        """Return the NC program of a thermal test, lines ended by ``newline``.
+
+        Not protected: speeds, motion and M functions are those that the plan states; nothing is
+        known of a tool that may not turn so fast, of chuck or workpiece, or of what stands in the
+        way.
+
+        Raises
+        ------
+        ConfigurationError
+            If a source has no switch, two axes are to move at the same time, the control has no
+            such axis or spindle, or a position lies outside the stated travel.
+        """
+        from thermaxis.controls._heating import heating_program  # noqa: PLC0415 - it needs numpy
+
+        return heating_program(self, request)
 
     @abstractmethod
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:

@@ -22,6 +22,7 @@ from thermaxis.controls._control import (
     BYTE_ORDER_MARKS,
     Control,
     GridRule,
+    HeatingWords,
     ProgramRequest,
     ReadTable,
     TableRequest,
@@ -99,6 +100,18 @@ class LinuxCnc(Control):
     sign = advice("linuxcnc_sign")
     unit = advice("linuxcnc_unit")
     options = options_of("linuxcnc")
+    heating = HeatingWords(
+        comment="({})",
+        begin=("G21 G90 G94 G40 G49 G80", "G61.1"),
+        end=("M2",),
+        spindle=("S{speed} ${k}", "M3 ${k}"),
+        spindle_stop=("M5 ${k}",),
+        spindles=8,
+        move="G53 G1 {axis}{mm:.3f} F{feed}",
+        loop=(("o{number} repeat [{times}]",), ("o{number} endrepeat",)),
+        dwell=("G4 P{s}",),
+        longest_dwell_s=99_999.0,
+    )
 
     def format_program(self, request: ProgramRequest) -> str:
         """Return the G-code of a plan.

@@ -23,6 +23,7 @@ from thermaxis.codes import Message, Place
 from thermaxis.controls._control import (
     Control,
     GridRule,
+    HeatingWords,
     ProgramRequest,
     ReadTable,
     TableRequest,
@@ -100,6 +101,18 @@ class Sinumerik(Control):
     unit = advice("sinumerik_unit")
     newline = "\r\n"
     options = options_of("sinumerik")
+    heating = HeatingWords(
+        comment="; {}",
+        begin=(f"DEF INT {_COUNTER}", "G710 G90 G94 G40 D0", "TRAFOOF", "DIAMOF", "G60 G601"),
+        end=("M30",),
+        spindle=("S{n}={speed} M{n}=3",),
+        spindle_stop=("M{n}=5",),
+        spindles=8,
+        move="SUPA G1 {axis}={mm:.3f} F{feed}",
+        loop=((f"FOR {_COUNTER}=1 TO {{times}}",), ("ENDFOR",)),
+        dwell=("G4 F{s}",),
+        longest_dwell_s=99_999.0,
+    )
 
     def format_program(self, request: ProgramRequest) -> str:
         """Return the part program of a plan.

@@ -3,6 +3,7 @@
 from lazy_loader import attach
 
 from thermaxis.thermal import (
+    design,
     identification,
     images,
     log,
@@ -24,6 +25,7 @@ _ROOMS = (
     relearning,
     images,
     test,
+    design,
 )
 _NAMES = {room.__name__.rpartition(".")[2]: dir(room) for room in _ROOMS}
 __getattr__, __dir__, __all__ = attach(__name__, submod_attrs={"_arrays": ["FloatArray"], **_NAMES})

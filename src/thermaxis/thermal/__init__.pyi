@@ -1,4 +1,5 @@
 from ._arrays import FloatArray as FloatArray
+from .design import *
 from .identification import *
 from .images import *
 from .log import *

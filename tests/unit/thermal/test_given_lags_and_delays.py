@@ -20,7 +20,8 @@ from thermaxis.thermal import (
     simulate_modal,
     verify,
 )
-from thermaxis.thermal.modal import next_test, response_evidence
+from thermaxis.thermal.design import next_test
+from thermaxis.thermal.modal import response_evidence
 from thermaxis.thermal.modal._delays import likely_delays
 
 pytestmark = pytest.mark.usefixtures("one_clock_and_regime")

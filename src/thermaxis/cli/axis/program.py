@@ -1,9 +1,9 @@
 """Write the NC program of a plan: every target approached from its side, a dwell at each stop.
 
-Cycles are a loop or subprogram of the control. With --touch the program touches a fixed artefact
-along one axis, and leaves displacement and counter on the control. State the travel of the axis
-with --travel: a program that leaves it is refused. Nothing is sent to a machine; prove the program
-before it runs.
+Of the plan of a thermal test it switches the sources of heat and waits. Cycles are a loop or
+subprogram of the control. With --touch the program touches a fixed artefact along one axis, and
+leaves displacement and counter on the control. State the travel of the axis with --travel: a
+program that leaves it is refused. Nothing is sent to a machine; prove the program before it runs.
 
 Not protected: the motion is compared with the travel that is stated and with nothing else; what
 stands in its way, and whether the axis is referenced, is not known.
@@ -20,6 +20,7 @@ from thermaxis.cli._arguments import (
     positive_seconds,
     refuse_alone,
     refuse_both,
+    refuse_foreign,
 )
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs, check_table_name, write_ascii
@@ -28,6 +29,7 @@ from thermaxis.codes import Place
 from thermaxis.controls import (
     TRAVEL_UNSTATED,
     Control,
+    HeatingRequest,
     ProgramRequest,
     TouchRequest,
     check_options,
@@ -35,13 +37,17 @@ from thermaxis.controls import (
     control_by_name,
 )
 from thermaxis.errors import ConfigurationError
-from thermaxis.files import plan_sha256, read_plan
+from thermaxis.files import plan_sha256, read_any_plan, thermal_test_plan_sha256
 from thermaxis.positioning import FORWARD, motion_duration_s, moves_of_plan
 from thermaxis.report.tables import Part, Section, Value
+from thermaxis.thermal import ThermalTestPlan
 
 _BEFORE_A_TOUCH = """\
 Before it runs: the other axes stand in front of the artefact, the way to the start is free, the \
 probe answers by hand, and bears the way behind the surface; prove it with reduced feed."""
+_BEFORE_HEATING = """\
+Before it runs: tool, chuck and workpiece bear the highest speeds for hours, the way of moving \
+axes is free, doors are closed; prove it with reduced speed."""
 _NEGATIVE_WORD = re.compile(r"-\.?\d.*", re.DOTALL)
 
 
@@ -60,7 +66,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     # argparse takes -10:510 for an option unless it counts as a negative number
     parser._negative_number_matcher = _NEGATIVE_WORD  # noqa: SLF001 - see above
     add = adder(parser)
-    add("plan PLAN", "plan that thermaxis plan -o has written (JSON); none with --touch", nargs="?")
+    add(
+        "plan PLAN",
+        "plan that thermaxis plan or thermal-test plan has written (JSON); none with --touch",
+        nargs="?",
+    )
     add_control(parser)
     add("-o, --output FILE", "the NC program", required=True)
     add(
@@ -99,8 +109,10 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_alone(arguments, "--touch", "--from", "--search", "--feed", "--every", "--times")
     if arguments.touch is not None:
         return _touch(arguments, control)
+    plan = read_any_plan(arguments.plan)
+    if isinstance(plan, ThermalTestPlan):
+        return _heating(arguments, control, plan)
     options = check_options(control, arguments.set, purpose="program")
-    plan = read_plan(arguments.plan)
     blocks = moves_of_plan(plan, warm_up=arguments.warm_up or 0)
     request = ProgramRequest(
         plan=plan,
@@ -112,6 +124,27 @@ def run(arguments: argparse.Namespace) -> int:
     )
     write_ascii(arguments.output, control.format_program(request))
     show(_described(arguments, control, request), None)
+    return 0
+
+
+def _heating(arguments: argparse.Namespace, control: Control, plan: ThermalTestPlan) -> int:
+    """Write the program of a thermal test."""
+    for option in ("--axis", "--warm-up"):
+        refuse_foreign(arguments, "the plan of a thermal test", option)
+    request = HeatingRequest(
+        plan=plan,
+        plan_sha256=thermal_test_plan_sha256(plan),
+        options=check_options(control, arguments.set, purpose="heating"),
+        travel=arguments.travel,
+    )
+    write_ascii(arguments.output, control.format_heating(request))
+    hours = f"{plan.duration_s / 3600.0:.2f} h, accelerations beside it"
+    said = [f"{arguments.output}: thermal test for {control.title}, {hours}", _BEFORE_HEATING]
+    switches = [one.switch for one in plan.conditions.each if one.switch and one.switch.axis]
+    ends = [end for one in switches for end in (one.from_mm, one.to_mm)]
+    unchecked = ends if arguments.travel is None else []
+    warnings = [_unchecked(min(ends), max(ends), "mm") for _ in unchecked[:1]]
+    show([Section("", said), Value("", warnings, "warning")], None)
     return 0
 
 

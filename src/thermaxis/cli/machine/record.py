@@ -3,20 +3,22 @@
 A log has the time and one column per channel. Status and source time stamp of every reading stand
 in a file beside it. What is not good, no number or no new measurement is an empty cell; gaps,
 losses and jumps of the clock are marked. It goes on until it is interrupted (Ctrl+C, or SIGTERM),
-through lost connections, a full disk and restarts.
+through lost connections, a full disk and restarts. With --plan it says every ten minutes what a
+planned thermal test has reached, beside what was foreseen, and when that is enough.
 """
 
 import argparse
 import asyncio
 import shutil
 import sys
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from thermaxis import runtime
+from thermaxis import files, runtime
 from thermaxis.cli._arguments import adder, positive_seconds
+from thermaxis.cli._planned_test import check_inputs_stated, told_of_plan
 from thermaxis.cli.machine._signals import at_signals
 from thermaxis.codes import Message, Place, printable
 from thermaxis.errors import ConfigurationError, DataError
@@ -29,6 +31,10 @@ from thermaxis.runtime.record import (
     sole_writer,
     try_once,
 )
+from thermaxis.thermal import ThermalTestPlan
+
+TOLD_EVERY_S = 600.0
+"""What a planned test has reached is told so often. [s]"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,6 +47,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "end after so long: a number of seconds, or with min or h (default: when interrupted)",
         positive_seconds,
         dest="duration",
+    )
+    add(
+        "--plan PLAN",
+        "plan of thermal-test plan: says while it runs what is reached; a folder of its own",
+        Path,
     )
     add(
         "--try", "read every node once, show what it says, and write nothing", bool, dest="only_try"
@@ -56,14 +67,23 @@ def run(arguments: argparse.Namespace) -> int:
     settings = runtime.read_record(arguments.configuration)
     if arguments.only_try:
         return asyncio.run(_tried(settings))
-    return _record(settings, arguments.output, arguments.duration)
+    plan = None
+    if arguments.plan is not None:
+        plan = files.read_thermal_test_plan(arguments.plan)
+        check_inputs_stated(plan.conditions)
+    return _record(settings, arguments.output, arguments.duration, plan)
 
 
-def _record(settings: runtime.RecordSettings, folder: Path, duration_s: float | None) -> int:
+def _record(
+    settings: runtime.RecordSettings,
+    folder: Path,
+    duration_s: float | None,
+    plan: ThermalTestPlan | None,
+) -> int:
     with sole_writer(folder, settings.name):
         for line in _about(settings, folder, duration_s):
             _show(line)
-        summary = asyncio.run(_recorded(settings, folder, duration_s))
+        summary = asyncio.run(_recorded(settings, folder, duration_s, plan))
     for line in _summary(summary):
         sys.stdout.write(f"{line}\n")
     if summary.error:
@@ -85,14 +105,35 @@ async def _connected(
 
 
 async def _recorded(
-    settings: runtime.RecordSettings, folder: Path, duration_s: float | None
+    settings: runtime.RecordSettings,
+    folder: Path,
+    duration_s: float | None,
+    plan: ThermalTestPlan | None,
 ) -> runtime.RecordSummary:
     clock, stop = runtime.SystemClock(), asyncio.Event()
     async with _connected(settings, clock) as sessions:
-        files = RecordingFiles(settings, folder, _tell)
-        recorder = runtime.Recorder(settings, sessions, clock, files, tell=_tell)
+        written = RecordingFiles(settings, folder, _tell)
+        recorder = runtime.Recorder(settings, sessions, clock, written, tell=_tell)
         with at_signals(stop.set):  # it ends with its last row
-            return await recorder.run(duration_s, stop)
+            # no group: a failure to judge must not end a recording
+            telling = asyncio.create_task(tell_of_plan(plan, written.written, clock, _tell))
+            try:
+                return await recorder.run(duration_s, stop)
+            finally:
+                telling.cancel()
+
+
+async def tell_of_plan(
+    plan: ThermalTestPlan | None,
+    logs: Sequence[Path],
+    clock: runtime.Clock,
+    tell: Callable[[Message], None],
+) -> None:
+    """Tell every ten minutes what a planned test has reached, by its log, without end."""
+    while plan is not None:
+        await clock.sleep_until(clock.monotonic_s() + TOLD_EVERY_S)
+        if (message := await asyncio.to_thread(told_of_plan, plan, tuple(logs))) is not None:
+            tell(message)
 
 
 def _tell(message: Message) -> None:

@@ -1,7 +1,9 @@
-"""Evaluate a log as one of the four thermal tests of ISO 230-3.
+"""Plan a thermal test so that a model is sure soon; evaluate a log after ISO 230-3.
 
-The set-up says which channels the probes, the room and the speed are. Logs are read as by verify:
-what is no measurement is masked, a displacement that was re-zeroed is joined, and it is said.
+plan: when to switch which source of heat, and how sure a model will be after each hour. places:
+which few of many places of sensors a model needs. evaluate: the four tests of ISO 230-3; its set-up
+says which channels the probes, the room and the speed are. Logs are read as by verify: what is no
+measurement is masked, a displacement that was re-zeroed is joined, and it is said.
 """
 
 import argparse
@@ -14,6 +16,7 @@ from thermaxis.cli._arguments import add_figures, add_json, add_report, adder, d
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import REPORT_SUFFIXES, check_outputs
 from thermaxis.cli._progress import Progress
+from thermaxis.cli.thermal._test_plan import add_places, add_plan, run_places, run_plan
 from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
     entries_of,
@@ -57,9 +60,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--header FILE", "fields of the certificate's head, TOML (default: none, a draft)", Path)
     add("--date YYYY-MM-DD", "date of issue of the certificate (default: that of --header)", day)
     add_log_options(evaluate)
+    plan = "when to switch which source, and how sure a model will be"
+    add_plan(actions.add_parser("plan", help=plan, allow_abbrev=False))
+    places = "which few of many places of sensors a model needs"
+    add_places(actions.add_parser("places", help=places, allow_abbrev=False))
 
 
 def run(arguments: argparse.Namespace) -> int:
+    """Do what is asked for."""
+    actions = {"plan": run_plan, "places": run_places, "evaluate": _evaluate}
+    return actions[arguments.action](arguments)
+
+
+def _evaluate(arguments: argparse.Namespace) -> int:
     """Evaluate, show and write."""
     inputs = [arguments.log, arguments.setup, arguments.model, arguments.in_force]
     check_outputs(

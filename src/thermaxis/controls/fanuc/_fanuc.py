@@ -21,6 +21,7 @@ from thermaxis.codes import Message, Place
 from thermaxis.controls._control import (
     Control,
     GridRule,
+    HeatingWords,
     ProgramRequest,
     ReadTable,
     TableRequest,
@@ -90,6 +91,20 @@ class Fanuc(Control):
     sign = advice("fanuc_sign")
     unit = advice("fanuc_unit")
     options = options_of("fanuc")
+    heating = HeatingWords(
+        first=("%", "O{program_number} (THERMAL TEST)"),
+        upper_case=True,
+        comment="({})",
+        begin=("G21", "{work_offset} G90 G94 G40 G49 G80", "G61"),
+        end=("G64", "M30", "%"),
+        spindle=("S{speed} M03",),
+        spindle_stop=("M05",),
+        spindles=1,
+        move="G1 {axis}{mm:.3f} F{feed}",
+        loop=(("#1=1", "WHILE[#1LE{times}]DO1"), ("#1=#1+1", "END1")),
+        dwell=("G04 P{ms}",),
+        longest_dwell_s=99_999.0,
+    )
 
     def format_program(self, request: ProgramRequest) -> str:
         """Return the NC program of a plan.

@@ -20,6 +20,7 @@ from thermaxis.controls._control import (
     text_lines,
 )
 from thermaxis.controls.heidenhain._klartext import (
+    KLARTEXT_HEATING,
     PROGRAM_OPTIONS,
     klartext_program,
     klartext_touch,
@@ -94,6 +95,7 @@ class HeidenhainControl(Control):
     unit = advice("heidenhain_unit")
     newline = "\r\n"
     options = PROGRAM_OPTIONS
+    heating = KLARTEXT_HEATING
 
     def format_program(self, request: ProgramRequest) -> str:
         """Return the Klartext program of a plan, see `klartext_program`."""

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 
 from thermaxis.codes import Place
 from thermaxis.controls._control import (
+    HeatingWords,
     ProgramRequest,
     TouchRequest,
     axis_letter,
@@ -40,6 +41,22 @@ MOST_LABELS = 999
 
 PROGRAM_OPTIONS = options_of("heidenhain")
 """Options of the NC program."""
+
+KLARTEXT_HEATING = HeatingWords(
+    first=("BEGIN PGM {program_name} MM",),
+    comment="; {}",
+    begin=(),
+    end=("M30", "END PGM {program_name} MM"),
+    spindle=("TOOL CALL S{speed}", "M3"),
+    spindle_stop=("M5",),
+    spindles=1,
+    move="L {axis}{mm:+.3f} R0 F{feed} M91",
+    loop=(("LBL {number}",), ("CALL LBL {number} REP {more}",)),
+    dwell=("CYCL DEF 9.0 DWELL TIME", "CYCL DEF 9.1 DWELL {s}"),
+    longest_dwell_s=LONGEST_DWELL_S,
+    numbered=True,
+)
+"""Words of a thermal test. ``TOOL CALL S`` changes the speed alone [M]."""
 
 _FEED_DECIMALS = 3
 _NO_TOUCH = 100  # error of FN 14; from memory that 0 to 299 are free

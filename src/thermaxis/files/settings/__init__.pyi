@@ -32,6 +32,7 @@ from .header_toml import (
     number_of as number_of,
     read_header as read_header,
 )
+from .heating_toml import read_heating_conditions as read_heating_conditions
 from .model_json import (
     format_model as format_model,
     model_sha256 as model_sha256,
@@ -53,5 +54,11 @@ from .thermal_mapping_toml import (
     ColumnMapping as ColumnMapping,
     ThermalMapping as ThermalMapping,
     read_thermal_mapping as read_thermal_mapping,
+)
+from .thermal_test_plan_json import (
+    read_any_plan as read_any_plan,
+    read_thermal_test_plan as read_thermal_test_plan,
+    thermal_test_plan_sha256 as thermal_test_plan_sha256,
+    write_thermal_test_plan as write_thermal_test_plan,
 )
 from .thermal_test_toml import read_thermal_test_setup as read_thermal_test_setup

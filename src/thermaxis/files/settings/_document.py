@@ -6,9 +6,9 @@ import os
 import secrets
 import stat
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import TypeVar, final
+from typing import Any, TypeVar, cast, final
 
 from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
@@ -35,6 +35,27 @@ def content_sha256(content: Mapping[str, object]) -> str:
     """Return the SHA-256 of a content: keys in alphabetical order, no blanks, ASCII."""
     plain = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(plain.encode("ascii")).hexdigest()
+
+
+def plain(of: Any) -> dict[str, Any]:
+    """Return what a dataclass was made of as JSON has it, lists of others last."""
+    found = {
+        field.name: _plain_value(getattr(of, field.name), whole=field.type is int)
+        for field in fields(of)
+        if field.init
+    }
+    return dict(sorted(found.items(), key=lambda one: one[0] == "parts"))
+
+
+def _plain_value(value: object, *, whole: bool = False) -> object:
+    if is_dataclass(value):
+        return plain(value)
+    if isinstance(value, Mapping):
+        table = cast("Mapping[str, object]", value)
+        return {name: _plain_value(one) for name, one in table.items()}
+    if isinstance(value, tuple):
+        return [_plain_value(one) for one in cast("tuple[object, ...]", value)]
+    return float(value) if isinstance(value, int | float) and not whole else value
 
 
 def read_document(

@@ -31,8 +31,6 @@ One object. A key that is not listed here is an error; keys marked (*) may be le
 """
 
 import json
-from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -43,6 +41,7 @@ from thermaxis.files.settings._document import (
     Form,
     content_sha256,
     document_of,
+    plain,
     read_document,
     write_document,
 )
@@ -84,30 +83,9 @@ def model_sha256(model: CompensationModel) -> str:
 
 
 def _content(model: CompensationModel) -> dict[str, object]:
-    plain = {**_plain(model), "limits": None}
+    each = {**plain(model), "limits": None}
     content: dict[str, object] = {"format": FORMAT, "version": VERSION, "sign": SIGN}
-    return content | {key: plain[key] for key in _ORDER}
-
-
-def _plain(of: Any) -> dict[str, Any]:
-    """Return what a dataclass was made of as JSON has it, lists of others last."""
-    plain = {
-        field.name: _plain_value(getattr(of, field.name), whole=field.type is int)
-        for field in fields(of)
-        if field.init
-    }
-    return dict(sorted(plain.items(), key=lambda one: one[0] == "parts"))
-
-
-def _plain_value(value: object, *, whole: bool = False) -> object:
-    if is_dataclass(value):
-        return _plain(value)
-    if isinstance(value, Mapping):
-        table = cast("Mapping[str, object]", value)
-        return {name: _plain_value(one) for name, one in table.items()}
-    if isinstance(value, tuple):
-        return [_plain_value(one) for one in cast("tuple[object, ...]", value)]
-    return float(value) if isinstance(value, int | float) and not whole else value
+    return content | {key: each[key] for key in _ORDER}
 
 
 def format_model(model: CompensationModel) -> str:

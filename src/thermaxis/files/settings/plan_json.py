@@ -29,7 +29,13 @@ import numpy as np
 
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings._document import Form, content_sha256, read_document, write_document
+from thermaxis.files.settings._document import (
+    Form,
+    content_sha256,
+    document_of,
+    read_document,
+    write_document,
+)
 from thermaxis.files.settings._reading import settings_of, unknown_key
 from thermaxis.positioning import APPROACHES, Cycle, FloatArray, TestPlan
 from thermaxis.quantities import AxisKind
@@ -128,6 +134,11 @@ def read_plan(path: Path | str) -> TestPlan:
     Read, written and read again it is the same, and so is its hash.
     """
     return read_document(path, _FORM, _plan, plan_sha256)
+
+
+def plan_of(table: dict[str, object], file: str) -> TestPlan:
+    """Return the plan that a JSON object is."""
+    return document_of(table, file, _FORM, _plan, plan_sha256)
 
 
 def _plan(content: dict[str, object], file: str) -> TestPlan:

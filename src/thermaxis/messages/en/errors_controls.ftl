@@ -30,6 +30,14 @@ error-too_many_repetitions = { $repetitions } repetitions of { $block } are more
     .remedy = Plan fewer.
 error-program_number_too_high = The last subprogram would be O{ $last }, beyond O{ $highest }.
     .remedy = State a lower number, or plan fewer targets for the step cycle.
+error-source_without_switch = The plan does not say how the program switches this source.
+    .remedy = State switch = {"{"} kind = "spindle" {"}"}, or the kind "axis" or "function", and plan the test again.
+error-no_such_spindle = The program can name { $most } of the spindles of this control.
+    .remedy = Switch it by an M function or as an axis.
+error-axes_together = Two axes would move at the same time.
+    .remedy = Lower most_at_once, or state one of them as an M function, and plan the test again.
+error-feed_too_slow = Going to and fro once takes { $round_s } s, longer than the step.
+    .remedy = Shorten its way, or raise the feed.
 error-too_many_labels = The program needs more than the { $most } labels of the control.
     .remedy = Plan fewer targets for the step cycle, or the standard cycle.
 

@@ -252,3 +252,26 @@ error-image_sizes_differ = The image has { $columns } x { $rows } pixels, the fi
 error-no_common_pixel = No pixel is present in the first image and in the last one.
 error-times_not_images = There are { $times } times for { $images } images.
     .remedy = Give one time for each image.
+
+## Planned thermal tests
+
+error-axis_without_way = An axis that heats needs its name and two different ends of its way.
+    .remedy = State axis, from_mm and to_mm.
+error-function_no_switch = M{ $number } is no switch: it stops, ends or calls a program, turns a spindle or changes a tool.
+    .remedy = Name the M functions that switch this source on and off.
+error-levels_not_from_zero = The values do not rise from zero, one for each level.
+    .remedy = Write them rising, the first one 0: standstill.
+error-span_not_possible = { $first } to { $last } is no span from { $least } to { $most }.
+    .remedy = Write the smaller number first.
+error-source_not_in_model = The model has no input { $name } of { $output }.
+    .remedy = Name the sources as the inputs of the model, or leave the table known out.
+error-no_sequence_allowed = No sequence of levels keeps all that is stated.
+    .remedy = Plan a longer test, or shorten shortest_on_min, shortest_off_min or cool_min.
+error-sequence_not_allowed = The sequence breaks what the plan states of its sources.
+    .remedy = Plan it again.
+error-plan_incomplete = Not every block has its value.
+    .remedy = Plan it again.
+error-no_such_level = A source has no such level, or the block not one level for each.
+    .remedy = Plan it again.
+error-too_many_subsets = { $subsets } subsets are more than the { $most } that are compared.
+    .remedy = Name fewer candidates with --place, or want fewer places.

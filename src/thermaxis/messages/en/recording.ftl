@@ -24,3 +24,7 @@ recording-stands_still = { $name }: its source time stamp stands still for { FIX
 remark-stamp_stood_still = source time stamp stood still for { $lasts_s } s
 remark-no_stamp = no source time stamp
 remark-beside_value = { $said }
+recording-plan_reached = thermal test, { FIXED($time_h, decimals: 2) } h: { FIXED($reached_um, decimals: 2) } um are reached, { FIXED($foreseen_um, decimals: 2) } um were foreseen; { FIXED($left_h, decimals: 1) } h are left
+recording-plan_enough = thermal test, { FIXED($time_h, decimals: 2) } h: enough, stop: { FIXED($reached_um, decimals: 2) } um are reached, { FIXED($foreseen_um, decimals: 2) } um were foreseen
+recording-plan_unread = thermal test: what is reached cannot be told ({ $cause })
+recording-plan_over_files = thermal test: the log is in several files, what is reached is told of one alone; raise days_per_file

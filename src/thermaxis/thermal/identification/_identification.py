@@ -11,6 +11,7 @@ import numpy as np
 
 from thermaxis.codes import Message, Place
 from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal.design import next_test
 from thermaxis.thermal.identification._far_touches import without_far_touches
 from thermaxis.thermal.identification._figures import (
     SIMPLE,
@@ -28,7 +29,6 @@ from thermaxis.thermal.modal import (
     ModalResult,
     PartStd,
     modal,
-    next_test,
     response_evidence,
 )
 from thermaxis.thermal.selection import SelectionOptions, faulty_candidates, select

@@ -9,11 +9,11 @@ from thermaxis.codes import Message, Place
 from thermaxis.compensation import CompensationModel, Provenance
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.design import NextTest
 from thermaxis.thermal.identification._joint_gains import JointGains
 from thermaxis.thermal.identification._records import Records, compensation_model
 from thermaxis.thermal.modal import (
     LagTrial,
-    NextTest,
     PartStd,
     ResponseEvidence,
     ResponsePosterior,

@@ -10,11 +10,6 @@ from ._modal import (
     modal as modal,
     response_evidence as response_evidence,
 )
-from ._next_test import (
-    NextTest as NextTest,
-    PossibleTest as PossibleTest,
-    next_test as next_test,
-)
 from ._posterior import (
     ResponsePosterior as ResponsePosterior,
 )

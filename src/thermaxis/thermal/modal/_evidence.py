@@ -108,6 +108,11 @@ class Sizes:
             *np.exp(self.lasting).tolist(),
         )
 
+    @property
+    def offset_ratio(self) -> float:
+        """Ratio of what is left of an offset where rows are relative to the record's zero. [1]"""
+        return float(np.exp(self.log_ratio) + np.exp(self.log_fast_ratio))
+
     def enlarged(self, larger: float) -> "Sizes":
         """Return the sizes for fewer lags, each of which has to explain more."""
         transients = tuple(t + larger if t > FAR_START else t for t in self.log_transients)
@@ -300,7 +305,7 @@ def log_prior_variance(design: Design, sizes: Sizes, lags: int) -> FloatArray:
     Rows are relative to the record's zero, where the model says zero too. What is left of an offset
     are the slow noise and the white noise at the zero, so these are its size.
     """
-    noise = np.exp(sizes.log_ratio) + np.exp(sizes.log_fast_ratio) + design.zero_variance
+    noise = sizes.offset_ratio + design.zero_variance
     return np.concatenate(
         [
             np.full(design.inputs * (1 + lags), 2.0 * sizes.log_gain),

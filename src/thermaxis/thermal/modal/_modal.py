@@ -49,7 +49,9 @@ from thermaxis.thermal.modal._evidence import (
     Scales,
     Sizes,
     design_of,
+    factored,
     log_evidence_of,
+    log_prior_variance,
     most_likely_sizes,
     scales_of,
 )
@@ -255,6 +257,29 @@ class ResponseEvidence:
     """The same with all that a drift may be, for intervals; None where there are to be none."""
     longest_s: float
     """Length of the longest experiment. [s]"""
+
+    def gains(self) -> tuple[FloatArray, FloatArray, float]:
+        """Return mean and factor of the covariance of the gains, and the white noise. [µm/K, µm]
+
+        Input after input, (k (1 + j),) and square, with all that a drift may be.
+
+        Notes
+        -----
+        With the gains' precision A (`log_evidence_of`; transients and offsets integrated out) and
+        the variance v of the white noise the covariance is v A^-1.
+        """
+        design, sizes, own = self.design, self.wide_sizes or self.sizes, self.design.gains
+        gram, _ = design.products(sizes.noise)
+        prior = np.exp(-log_prior_variance(design, sizes, design.lags))
+        precision = gram[:-1, :-1] + np.diag(prior)
+        mean = np.asarray(np.linalg.solve(precision, gram[:-1, -1]), dtype=np.float64)
+        left = max(float(gram[-1, -1] - gram[:-1, -1] @ mean), 0.0)
+        unit_um = self.scales.y * math.sqrt(left / design.readings)
+        cross = precision[own:, :own]
+        alone = precision[:own, :own] - cross.T @ np.linalg.solve(precision[own:, own:], cross)
+        scale = 1.0 / np.repeat(self.scales.u, 1 + design.lags)
+        factor = unit_um * scale[:, None] * np.linalg.inv(factored(alone)).T
+        return self.scales.y * scale * mean[:own], factor, unit_um
 
     def log_evidence(
         self, experiments: Sequence[Experiment] = (), delays_s: Sequence[float] = ()

@@ -57,6 +57,15 @@ class SlowNoise:
         )
         return tuple(part for part in both if part[0] > 0)
 
+    def covariance(self, times_s: FloatArray, row_s: float) -> FloatArray:
+        """Return the covariance of rows without a known ambient, white noise included, (n, n)."""
+        found = np.eye(times_s.size)
+        for ratio, correlation_s in self.parts:
+            found += ratio * np.exp(-np.abs(times_s[:, None] - times_s) / correlation_s)
+        basis = drift_basis(times_s, float(times_s[-1]) + row_s, np.empty((times_s.size, 0)))
+        ratios = np.append(self.trend_ratio, np.full(WALK_PARTS, self.walk_ratio))
+        return np.asarray(found + (basis * ratios) @ basis.T)
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)

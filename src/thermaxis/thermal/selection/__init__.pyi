@@ -1,6 +1,11 @@
 from ._bank import (
     RecordPart as RecordPart,
 )
+from ._places import (
+    PlacesError as PlacesError,
+    PlacesResult as PlacesResult,
+    best_places as best_places,
+)
 from ._selection import (
     FIXED_TIME_CONSTANTS_S as FIXED_TIME_CONSTANTS_S,
     ChannelScore as ChannelScore,

@@ -2,17 +2,17 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
 
 from thermaxis.codes import Message
 from thermaxis.thermal._arrays import FloatArray, significant
-from thermaxis.thermal.log import Experiment
-from thermaxis.thermal.modal._evidence import Design, design_of, factored, log_prior_variance
-from thermaxis.thermal.modal._modal import ResponseEvidence
-from thermaxis.thermal.modal._regressors import segments_of
+from thermaxis.thermal.design._foresight import foresight_of
+from thermaxis.thermal.design._prior import GainsPrior
+from thermaxis.thermal.design._responses import pulses
+from thermaxis.thermal.modal import ResponseEvidence
 
 SETTLED = 0.05
 """What is left of the largest displacement when a source has settled: three time constants. [1]"""
@@ -88,70 +88,49 @@ def next_test(
 
     Notes
     -----
-    With the gains' precision A (`log_evidence_of`; transients and offsets integrated out), the rows
-    G of a test and the covariance K of its noise, its offset integrated out too, the precision
-    after the test is A + G' K^-1 G, whatever the test will show. With the n rows U of the use of
-    one input and the variance v of the white noise, the square of its error is
-    v trace(U A^-1 U') / n; the squares of all inputs add up.
-
-    References
-    ----------
-    Pukelsheim 2006 (designs by the precision of what is predicted).
+    What is known is the gains' covariance by the record, what is wanted one input alone, from rest
+    until it has settled and back; what a test leaves is its `Foresight`.
     """
-    design, sizes = evidence.design, evidence.wide_sizes or evidence.sizes
+    sizes = evidence.wide_sizes or evidence.sizes
     block_s = max(s.rows * s.sample_time_s for s in evidence.segments)
     means = np.concatenate([s.mean_u for s in evidence.segments])
-    highest = means[np.argmax(np.abs(means), axis=0), np.arange(design.inputs)]
+    highest = means[np.argmax(np.abs(means), axis=0), np.arange(means.shape[1])]
     # An input rises as fast as it was seen to.
     steps = [np.abs(np.diff(s.mean_u, axis=0)).max(axis=0, initial=0.0) for s in evidence.segments]
     rises_s = block_s * np.maximum(np.abs(highest) / np.fmax(np.max(steps, axis=0), 1e-9), 1.0)
     same = np.array([[one == other for other in alike] for one in alike])
     levels = np.max(np.abs(highest) * same, axis=1)
+    mean_um_per_k, factor_um_per_k, unit_um = evidence.gains()
+    at = np.repeat(levels, 1 + evidence.time_constants_s.size)
+    prior = GainsPrior(evidence.time_constants_s, at * mean_um_per_k, at[:, None] * factor_um_per_k)
+    settled_s = _settled_s(evidence, prior.mean_um, levels)
 
-    def design_of_test(number: int, on_s: float) -> Design:
-        t = block_s * (np.arange(max(FEWEST_READINGS, math.ceil(2.0 * on_s / block_s))) + 0.5)
-        risen = -np.expm1(-t / rises_s[number]) + np.expm1(
-            -np.maximum(t - on_s, 0.0) / rises_s[number]
-        )
-        u = np.zeros((t.size, design.inputs))
-        u[:, number] = levels[number] * risen
-        segments = segments_of(
-            [Experiment(block_s, u, np.zeros(t.size))], block_s, (0.0,) * design.inputs
-        )
-        lags_s, scales = evidence.time_constants_s, evidence.scales
-        return design_of(segments, lags_s, scales, free_start=False, experiments=1)
+    def length(on_s: float) -> tuple[int, float, int]:
+        rows = max(FEWEST_READINGS // 2, math.ceil(on_s / block_s))
+        return 2, rows * block_s, rows
 
-    def precision_of(one: Design, gains_known: float) -> tuple[FloatArray, FloatArray]:
-        """Return the precision of the gains and what the rows say, (g, g) and (q + 1, q + 1)."""
-        gram, _ = one.products(sizes.noise)
-        own = replace(sizes, log_transients=sizes.log_transients[: one.transients])
-        prior = np.exp(-log_prior_variance(one, own, one.lags))
-        prior[: one.gains] *= gains_known
-        whole, g = gram.copy(), one.gains
-        whole[:-1, :-1] += np.diag(prior)
-        cross = whole[g:-1, :g]
-        return whole[:g, :g] - cross.T @ np.linalg.solve(whole[g:-1, g:-1], cross), whole
+    uses: list[FloatArray] = []
+    for rise_s, own in zip(rises_s.tolist(), np.split(prior.factor_um, levels.size), strict=True):
+        used = pulses(*length(settled_s), prior.time_constants_s, rise_s)[0] @ own
+        uses.append(used.T @ used / len(used))
+    own_um = np.sqrt([np.trace(use) for use in uses])
+    use = np.asarray(np.sum(uses, axis=0), dtype=np.float64)
 
-    precision, whole = precision_of(design, 1.0)
-    mean = np.asarray(np.linalg.solve(whole[:-1, :-1], whole[:-1, -1]), dtype=np.float64)
-    left = max(float(whole[-1, -1] - whole[:-1, -1] @ mean), 0.0)
-    unit_um = evidence.scales.y * math.sqrt(left / design.readings)
-    settled_s = _settled_s(evidence, mean[: design.gains], levels)
-    uses = [design_of_test(k, settled_s).rows[0][:, : design.gains] for k in range(design.inputs)]
+    def left_um(heat: FloatArray, on_s: float) -> float:
+        times_s = block_s * np.arange(2 * length(on_s)[2], dtype=np.float64)
+        covariance = unit_um**2 * (sizes.noise.covariance(times_s, block_s) + sizes.offset_ratio)
+        after = foresight_of(prior, covariance, (use,), rises_s[None], length(on_s))
+        return after.foreseen_um(heat)
 
-    def errors_um(precision: FloatArray) -> FloatArray:
-        inverse = np.linalg.inv(factored(precision))
-        squares = [np.sum(np.square(inverse @ rows.T)) / rows.shape[0] for rows in uses]
-        return np.asarray(unit_um * np.sqrt(squares), dtype=np.float64)
-
-    own_um, tests = errors_um(precision), list[PossibleTest]()
+    tests = list[PossibleTest]()
     moved = np.abs(highest) > MOVED * levels
     for k in np.flatnonzero(moved).tolist():
+        heat = np.zeros((2, len(levels)))
+        heat[0, k] = 1.0
         tried: list[tuple[float, float]] = []
         for on_s in (share * settled_s for share in SHARES):
             rounded_s = HALF_HOUR_S * math.ceil(on_s / HALF_HOUR_S) if on_s > HALF_HOUR_S else on_s
-            added, _ = precision_of(design_of_test(k, rounded_s), 0.0)
-            tried.append((rounded_s, float(np.linalg.norm(errors_um(precision + added)))))
+            tried.append((rounded_s, left_um(heat, rounded_s)))
         least = min(after_um for _, after_um in tried)
         on_s, after_um = next(one for one in tried if one[1] <= AS_GOOD * least)
         level_k, own = abs(float(highest[k])), float(own_um[k])
@@ -161,14 +140,14 @@ def next_test(
     return NextTest(float(np.linalg.norm(own_um)), tuple(tests), unmoved)
 
 
-def _settled_s(evidence: ResponseEvidence, gains: FloatArray, levels: FloatArray) -> float:
+def _settled_s(evidence: ResponseEvidence, gains_um: FloatArray, levels: FloatArray) -> float:
     """Return when every source has settled by the mean of its gains; at most the record's length.
 
     A step leaves the sum over the lags of gain exp(-t / time constant).
     """
     shortest_s = float(evidence.time_constants_s[0])
     times_s = np.geomspace(shortest_s, evidence.longest_s, 200)
-    each = gains.reshape(levels.size, -1) * (levels / evidence.scales.u)[:, None]
+    each = gains_um.reshape(levels.size, -1)
     left = np.abs(each[:, 1:] @ np.exp(-times_s / evidence.time_constants_s[:, None]))
     largest = max(float(np.max(left)), float(np.max(np.abs(each.sum(axis=1)))))
     late = np.flatnonzero(np.any(left > SETTLED * largest, axis=0))

@@ -1,0 +1,53 @@
+"""What a planned thermal test has reached, by a log: asked after it and while it is recorded."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from numpy.linalg import LinAlgError
+
+from thermaxis import files, thermal
+from thermaxis.codes import Message, Place
+from thermaxis.errors import ConfigurationError, ThermaxisError
+from thermaxis.thermal import GainsPrior, HeatingConditions, ReachedTest, ThermalTestPlan
+
+
+def reached_by(
+    conditions: HeatingConditions, prior: GainsPrior, log: thermal.ThermalLog
+) -> ReachedTest:
+    """Return what a log of a test has reached."""
+    check_inputs_stated(conditions)
+    inputs = [thermal.parse_input(f"{n}={s.input}") for n, s in conditions.sources.items()]
+    records = thermal.records_of([log], inputs, [conditions.output])
+    return thermal.reached(conditions, prior, records.experiments[conditions.output][0])
+
+
+def check_inputs_stated(conditions: HeatingConditions) -> None:
+    """Refuse sources of which no input of a log tells what they did."""
+    for name, source in conditions.sources.items():
+        if not source.input:
+            place = Place(key=f"sources.{name}.input")
+            raise ConfigurationError("missing_key", place=place)
+
+
+def told_of_plan(plan: ThermalTestPlan, logs: Sequence[Path]) -> Message | None:
+    """Return what the log of a test that still runs has reached; None before its first block."""
+    if len(logs) != 1:
+        return Message("recording-plan_over_files") if logs else None
+    try:
+        log = files.read_thermal_log(logs[0])
+        time_s = float(log.time_s[-1] - log.time_s[0])
+        foreseen_um = plan.foreseen_at_um(time_s)
+        if foreseen_um is None:
+            return None
+        found = reached_by(plan.conditions, plan.knowledge.prior, log)
+    except (ThermaxisError, LinAlgError) as error:
+        cause = error.message if isinstance(error, ThermaxisError) else str(error)
+        return Message("recording-plan_unread", {"cause": cause})
+    enough = found.uncertainty_um <= (plan.conditions.enough_um or 0.0)
+    values = {
+        "time_h": time_s / 3600.0,
+        "reached_um": found.uncertainty_um,
+        "foreseen_um": foreseen_um,
+        "left_h": max(plan.duration_s - time_s, 0.0) / 3600.0,
+    }
+    return Message("recording-plan_enough" if enough else "recording-plan_reached", values)

@@ -1,0 +1,5 @@
+"""Thermal tests that are planned: what may be switched, and when, to learn most."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
