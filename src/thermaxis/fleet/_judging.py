@@ -26,7 +26,7 @@ _B = NDArray[np.bool_]
 
 JUDGED_DAYS: Final = 14
 """Nights of so many days are judged together: what lasts longer unmended becomes the past. [1]"""
-FALSE_SHARE: Final = 0.05
+FALSE_SHARE: Final = 0.03
 """Share of the named that is expected to be named by chance. [1]"""
 SISTERS: Final = 8
 """With fewer machines of its kind a machine is compared with those of all kinds. [1]"""
@@ -77,11 +77,11 @@ LEAST: Final = {
 TELLS: Final = LEAST | {SignKind.SWAP: 0.25, SignKind.GAIN: 0.05}
 """A sign is asked where it is not less sure: on a weekend nothing tells of heat."""
 SHARES: Final = {
-    SignKind.SWAP: 0.05,
+    SignKind.SWAP: 0.08,
     SignKind.LEVEL: 0.03,
-    SignKind.GAIN: 0.07,
-    SignKind.TIME_CONSTANT: 0.38,
-    SignKind.MEAN: 0.45,
+    SignKind.GAIN: 0.12,
+    SignKind.TIME_CONSTANT: 0.35,
+    SignKind.MEAN: 0.4,
     SignKind.REST: 0.02,
 }
 """Of what chance may name, the share of each sign: most to what is hardest to see."""
