@@ -134,6 +134,7 @@ SAME_KEYS = {
     "channels.findings": "identify.findings",
     "check.warnings": "check.configuration",
     "machine.nights": "show.nights",
+    "show.nights[].touched[].before": "show.nights[].touched[].day",
     "check.self_test": "check.configuration",
     "correct.input": "input",
     "check-table.input": "input",
