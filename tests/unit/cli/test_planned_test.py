@@ -169,11 +169,19 @@ def test_sources_without_an_input_can_be_planned_but_not_followed(tmp_path: Path
     assert code_of(*words, "--after", log) == "missing_key"
 
 
-def test_the_page_shows_a_file_that_is_read_and_its_defaults(tmp_path: Path) -> None:
-    page = Path(__file__).parents[3] / "docs" / "how-to" / "thermal-test.md"
-    text = page.read_text("utf-8").split("# heat.toml\n")[1].split("```")[0]
-    (tmp_path / "heat.toml").write_text(text, encoding="utf-8")
-    shown = read_heating_conditions(tmp_path / "heat.toml")
+def _heat_of(page: Path, to: Path) -> Path:
+    text = page.read_text("utf-8").split("```toml\n# heat.toml\n")[1].split("```")[0]
+    to.write_text(text, encoding="utf-8")
+    return to
+
+
+def test_the_pages_show_files_that_are_read_and_its_defaults(tmp_path: Path) -> None:
+    docs = Path(__file__).parents[3] / "docs"
+    short, shown = (
+        read_heating_conditions(_heat_of(docs / page, tmp_path / "heat.toml"))
+        for page in ("how-to/thermal-test.md", "settings.md")
+    )
+    assert set(short.sources) < set(shown.sources)
     plain = HeatingConditions(sources={"spindle": HeatSource()})
     for key in ("lags", "noise", "use", "block_min", "rest_min", "cool_min", "output", "wanted"):
         assert getattr(shown, key) == getattr(plain, key), key
