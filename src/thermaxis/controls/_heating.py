@@ -85,7 +85,7 @@ def _check(request: HeatingRequest, switches: "list[SourceSwitch]") -> None:
 
 def _ends_mm(switches: "list[SourceSwitch]") -> list[float]:
     moving = [switch for switch in switches if switch.kind == "axis"]
-    return [end for switch in moving for end in (switch.from_mm, switch.to_mm)]
+    return [end for switch in moving for end in switch.ends_mm]
 
 
 def _head(control: Control, request: HeatingRequest) -> Iterator[str]:
@@ -124,7 +124,8 @@ def _waited(
         raise ConfigurationError("axes_together", place=Place(key="blocks"))
     for switch, feed in moving:
         axis = axis_letter(switch.axis, "XYZABCUVW")
-        round_s = 120.0 * abs(switch.to_mm - switch.from_mm) / feed
+        from_mm, to_mm = switch.ends_mm
+        round_s = 120.0 * abs(to_mm - from_mm) / feed
         times = int(left_s / round_s)
         if times < 1:
             raise ConfigurationError("feed_too_slow", round_s=round_s, place=Place(key="levels"))
@@ -134,7 +135,7 @@ def _waited(
         values = {"number": number, "times": times, "more": times - 1}
         before, after = words.loop if times > 1 else ((), ())
         yield from (line.format(**values) for line in before)
-        for end_mm in (switch.to_mm, switch.from_mm):
+        for end_mm in (to_mm, from_mm):
             yield words.move.format(axis=axis, mm=end_mm, feed=f"{feed:g}")
         yield from (line.format(**values) for line in after)
         left_s -= times * round_s

@@ -167,9 +167,29 @@ def test_limits_are_kept_and_reached() -> None:
     too_long = best.copy()
     too_long[:4] = (1, 0)
     assert not allowed(conditions, too_long)
-    never = replace(bound, shortest_on_min=300.0, shortest_off_min=0.0, longest_on_min=30.0)
+    never = replace(bound, shortest_on_min=300.0, shortest_off_min=0.0, longest_on_min=300.0)
     with pytest.raises(ConfigurationError, match="No sequence"):
         random_sequence(replace(conditions, sources={"a": never}), 6, AlwaysOn())
+    for shortest_min, longest_min in ((60.0, 45.0), (0.0, 10.0)):
+        stands = HeatSource(shortest_on_min=shortest_min, longest_on_min=longest_min)
+        with pytest.raises(ConfigurationError, match="longest_on_min"):
+            replace(conditions, sources={"a": stands})
+
+
+@pytest.mark.parametrize(
+    "stated",
+    [
+        {"kind": SwitchKind.FUNCTION},
+        {"kind": SwitchKind.FUNCTION, "on": 51},
+        {"kind": SwitchKind.FUNCTION, "off": 9},
+        {"kind": SwitchKind.AXIS, "axis": "X", "to_mm": 410.0},
+        {"kind": SwitchKind.AXIS, "axis": "X", "from_mm": 5.0, "to_mm": 5.0},
+        {"kind": SwitchKind.AXIS, "from_mm": 5.0, "to_mm": 10.0},
+    ],
+)
+def test_nothing_that_acts_has_a_default(stated) -> None:
+    with pytest.raises(ConfigurationError, match="needs"):
+        SourceSwitch(**stated)
 
 
 class AlwaysOn(np.random.Generator):

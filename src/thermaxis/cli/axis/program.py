@@ -141,7 +141,7 @@ def _heating(arguments: argparse.Namespace, control: Control, plan: ThermalTestP
     hours = f"{plan.duration_s / 3600.0:.2f} h, accelerations beside it"
     said = [f"{arguments.output}: thermal test for {control.title}, {hours}", _BEFORE_HEATING]
     switches = [one.switch for one in plan.conditions.each if one.switch and one.switch.axis]
-    ends = [end for one in switches for end in (one.from_mm, one.to_mm)]
+    ends = [end for one in switches for end in one.ends_mm]
     unchecked = ends if arguments.travel is None else []
     warnings = [_unchecked(min(ends), max(ends), "mm") for _ in unchecked[:1]]
     show([Section("", said), Value("", warnings, "warning")], None)

@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     folder: Path = arguments.folder
     place = Place(str(folder), key="FOLDER")
     if lying := sorted(folder.iterdir()) if folder.is_dir() else []:
-        raise ConfigurationError("folder_holds_foreign_file", place=place, name=lying[0].name)
+        raise ConfigurationError("folder_not_empty", place=place, name=lying[0].name)
     try:
         for part in ("positioning", "thermal"):
             (folder / part).mkdir(parents=True)

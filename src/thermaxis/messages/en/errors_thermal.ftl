@@ -257,6 +257,8 @@ error-times_not_images = There are { $times } times for { $images } images.
 
 error-axis_without_way = An axis that heats needs its name and two different ends of its way.
     .remedy = State axis, from_mm and to_mm.
+error-function_without_number = An M function that switches heat needs both numbers.
+    .remedy = State on and off: what is switched on must be switched off by its own function.
 error-function_no_switch = M{ $number } is no switch: it stops, ends or calls a program, turns a spindle or changes a tool.
     .remedy = Name the M functions that switch this source on and off.
 error-levels_not_from_zero = The values do not rise from zero, one for each level.

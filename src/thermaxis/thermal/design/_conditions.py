@@ -57,25 +57,34 @@ class SourceSwitch:
     """Number of the spindle. [1]"""
     axis: str = ""
     """Axis that moves."""
-    from_mm: float = 0.0
-    """One end of its motion. [mm]"""
-    to_mm: float = 0.0
-    """The other end. [mm]"""
-    on: int = 8
-    """Number of the M function that switches on. [1]"""
-    off: int = 9
-    """Number of the M function that switches off. [1]"""
+    from_mm: float | None = None
+    """One end of its motion; stated for an axis. [mm]"""
+    to_mm: float | None = None
+    """The other end; stated for an axis. [mm]"""
+    on: int | None = None
+    """Number of the M function that switches on; stated for a function. [1]"""
+    off: int | None = None
+    """Number of the one that switches off; stated for a function. [1]"""
 
     def __post_init__(self) -> None:
         require_range("switch.spindle", self.spindle, 1, 8)
-        require_range("switch.on", self.on, 0, 9999)
-        require_range("switch.off", self.off, 0, 9999)
-        for key in ("on", "off"):
-            if (number := getattr(self, key)) in NO_SWITCH:
-                place = Place(key=f"switch.{key}")
+        for key, number in (("on", self.on), ("off", self.off)):
+            place = Place(key=f"switch.{key}")
+            if number is None:
+                if self.kind is SwitchKind.FUNCTION:
+                    raise ConfigurationError("function_without_number", place=place)
+                continue
+            require_range(f"switch.{key}", number, 0, 9999)
+            if number in NO_SWITCH:
                 raise ConfigurationError("function_no_switch", number=number, place=place)
-        if self.kind is SwitchKind.AXIS and (not self.axis or self.from_mm == self.to_mm):
+        ends = {self.from_mm, self.to_mm}
+        if self.kind is SwitchKind.AXIS and (not self.axis or None in ends or len(ends) < 2):
             raise ConfigurationError("axis_without_way", place=Place(key="switch.axis"))
+
+    @property
+    def ends_mm(self) -> tuple[float, float]:
+        """Ends of the motion of an axis. [mm]"""
+        return self.from_mm or 0.0, self.to_mm or 0.0
 
     @property
     def acts_on(self) -> str:
@@ -253,6 +262,9 @@ class HeatingConditions:
         require_range("rest_min", self.rest_min, 1.0, 1440.0)
         require_range("cool_min", self.cool_min, 0.0, _LONGEST_MIN)
         require_range("most_at_once", self.most_at_once, 1, MOST_SOURCES)
+        for source in self.each:  # of a shorter one it would never run
+            least, longest = max(self.block_min, source.shortest_on_min), source.longest_on_min
+            require_range("longest_on_min", longest, least, _LONGEST_MIN)
         switches = [one.switch.acts_on for one in self.each if one.switch is not None]
         require_unique("sources", switches)
         if self.enough_um is not None:
@@ -260,9 +272,9 @@ class HeatingConditions:
 
     def blocks(self, duration_s: float) -> int:
         """Return the number of blocks of a duration."""
-        minutes, least = duration_s / 60.0, 2.0 * self.block_min
-        require_range("duration_min", minutes, least, MOST_BLOCKS * self.block_min)
-        return int(minutes / self.block_min + 1e-9)
+        block_h = self.block_min / 60.0
+        require_range("duration_h", duration_s / 3600.0, 2.0 * block_h, MOST_BLOCKS * block_h)
+        return int(duration_s / (60.0 * self.block_min) + 1e-9)
 
     def heat(self, sequence: Sequence[Sequence[int]] | np.ndarray) -> FloatArray:
         """Return the heat of levels by number, (..., b, s), as shares of the highest, alike. [1]"""
