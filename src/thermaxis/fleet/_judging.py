@@ -104,6 +104,8 @@ _PRIOR, _FAR = 4.0, 3.0
 _TOLD: Final = 1e-9
 """Of what nights say of an unknown less is rounding. [1]"""
 _NORMAL_MEDIAN, _NORMAL_90 = 1.4826, 1.6449
+_FORMAL: Final = 10.0
+"""Degrees of freedom of the standard deviations themselves. [1]"""
 _EFFICIENCY: Final = 0.5
 """Medians and quantiles tell a spread as well as the standard deviation of so large a part. [1]"""
 _STAYS = 0.3
@@ -199,7 +201,7 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
     with k the spread of z in the same window, from medians and quantiles that machines at fault do
     not move, not below 1 nor below that of the machine's own nights before. It is that of the
     machine's kind and sign, where they are few of its kind, or of all; z then has Student's
-    distribution with half as many degrees of freedom. What S does not tell from
+    distribution with half as many degrees of freedom, and ten. What S does not tell from
     nothing is not asked. The smallest probability of all windows and signs, with the share of its
     sign in `SHARES`, is the machine's; of these those are named that hold the share of false names
     at `FALSE_SHARE`.
@@ -501,7 +503,7 @@ def _departures(rows: _Rows, kinds: NDArray[np.intp]) -> tuple[_B, _F, dict[int,
         if sign is SignKind.SWAP:  # the likelihood of 1 against 0
             formal = np.sqrt(np.maximum(2.0 * t - 1.0, 0.0)) / s
         every[:, number] = formal
-        candidate = np.column_stack([z, beyond, np.full(count, w), _EFFICIENCY * sisters])
+        candidate = np.column_stack([z, beyond, np.full(count, w), _FORMAL + _EFFICIENCY * sisters])
         best = np.where(better[:, None], candidate, best)
     windows = np.minimum(np.sum(known, axis=1), _INDEPENDENT)
     p_values = np.minimum(2.0 * stdtr(best[:, 3], -np.abs(best[:, 0])) * windows, 1.0)
@@ -521,7 +523,7 @@ def _beside_sisters(
 
     A median of few is that of all kinds; a spread of few that of all kinds and keys.
     """
-    apart, spread, count = t.copy(), np.ones(t.size), np.full(t.size, float(SISTERS))
+    apart, spread, count = t.copy(), np.ones(t.size), np.zeros(t.size)
     of_kind = of * (np.max(kinds) + 1) + kinds
     for groups in (of, of_kind):
         for group in np.unique(groups[seen]).tolist():
