@@ -60,13 +60,14 @@ async def _board(request: Request) -> Response:
     ]
     named = [line for line in chosen if line.needs]
     quiet = chosen[len(named) :]
-    compared = sum(day == max(days) for day in days)
+    newest = max(days, default=None)
+    compared = sum(day == newest for day in days)
     return render(
         request,
         "board.html",
         page="fleet",
         here=_here(request),
-        day=max(days, default=None),
+        day=newest,
         lists=[(True, named[:MOST_LINES], len(named)), (False, quiet[:MOST_LINES], len(quiet))],
         all=len(lines),
         few={"count": compared, "least": SISTERS} if 0 < compared < SISTERS else None,
