@@ -84,8 +84,7 @@ def _check(request: HeatingRequest, switches: "list[SourceSwitch]") -> None:
 
 
 def _ends_mm(switches: "list[SourceSwitch]") -> list[float]:
-    moving = [switch for switch in switches if switch.kind == "axis"]
-    return [end for switch in moving for end in switch.ends_mm]
+    return [end for switch in switches for end in switch.ends_mm]
 
 
 def _head(control: Control, request: HeatingRequest) -> Iterator[str]:

@@ -218,11 +218,8 @@ class _Touched:
             self._summed(g, today),
             # the run begins as if the machine had rested: its first day is not asked
             self._summed(g, self._before & (self._day > self._day[0])),
-            datum_set=bool(np.any(np.diff(self._datums[today], prepend=self._last_before()))),
+            datum_set=bool(self._datums[-1] != self._datums[self._before][-1]),
         )
-
-    def _last_before(self) -> int:
-        return int(self._datums[self._before][-1])
 
     def _summed(self, g: _F, rows: NDArray[np.bool_]) -> NormalEquations:
         """Return normal equations of rows; of an older datum the mean says nothing of this one."""

@@ -96,6 +96,25 @@ def test_a_program_is_written_of_a_plan(planned: Callable[[float], Path], tmp_pa
     assert code_of(*words) == "option_belongs_to"
 
 
+def test_every_switch_comes_from_the_plan_into_the_program(tmp_path: Path) -> None:
+    heat, plan, program = (tmp_path / name for name in ("heat.toml", "plan.json", "test.mpf"))
+    heat.write_text(
+        "[sources.spindle]\nlevels = [0, 3000]\nswitch = { kind = 'spindle' }\n"
+        "[sources.pump]\nswitch = { kind = 'function', on = 51, off = 52 }\n"
+        "[sources.slide]\nlevels = [0, 5000]\n"
+        "switch = { kind = 'axis', axis = 'X', from_mm = 10, to_mm = 300 }\n"
+    )
+    planned = ["thermal-test", "plan", "--machine", heat, "--duration", "3h", "-o", plan]
+    assert main([*map(str, planned)]) == 0
+    written = ["program", plan, "--control", "sinumerik", "-o", program]
+    assert main([*map(str, written)]) == 0
+    lines = program.read_text().splitlines()
+    assert {"M51", "M52"} <= set(lines)
+    assert lines.index("M52") < lines.index("M51")  # it begins at rest
+    assert lines[::-1].index("M52") < lines[::-1].index("M51")  # and ends at rest
+    assert {"SUPA G1 X=300.000 F5000", "SUPA G1 X=10.000 F5000"} <= set(lines)
+
+
 def test_after_a_test_the_next_begins_where_it_ended(
     planned: Callable[[float], Path], tmp_path: Path
 ) -> None:

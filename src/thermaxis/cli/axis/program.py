@@ -140,7 +140,7 @@ def _heating(arguments: argparse.Namespace, control: Control, plan: ThermalTestP
     write_ascii(arguments.output, control.format_heating(request))
     hours = f"{plan.duration_s / 3600.0:.2f} h, accelerations beside it"
     said = [f"{arguments.output}: thermal test for {control.title}, {hours}", _BEFORE_HEATING]
-    switches = [one.switch for one in plan.conditions.each if one.switch and one.switch.axis]
+    switches = [one.switch for one in plan.conditions.each if one.switch]
     ends = [end for one in switches for end in one.ends_mm]
     unchecked = ends if arguments.travel is None else []
     warnings = [_unchecked(min(ends), max(ends), "mm") for _ in unchecked[:1]]

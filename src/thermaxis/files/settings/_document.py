@@ -40,7 +40,7 @@ def content_sha256(content: Mapping[str, object]) -> str:
 def plain(of: Any) -> dict[str, Any]:
     """Return what a dataclass was made of as JSON has it, lists of others last."""
     found = {
-        field.name: _plain_value(getattr(of, field.name), whole=field.type is int)
+        field.name: _plain_value(getattr(of, field.name), whole=field.type in (int, int | None))
         for field in fields(of)
         if field.init
     }

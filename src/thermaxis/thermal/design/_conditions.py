@@ -82,9 +82,10 @@ class SourceSwitch:
             raise ConfigurationError("axis_without_way", place=Place(key="switch.axis"))
 
     @property
-    def ends_mm(self) -> tuple[float, float]:
-        """Ends of the motion of an axis. [mm]"""
-        return self.from_mm or 0.0, self.to_mm or 0.0
+    def ends_mm(self) -> tuple[float, ...]:
+        """Both ends of the motion of an axis, none of what does not move. [mm]"""
+        moves = self.kind is SwitchKind.AXIS
+        return (self.from_mm or 0.0, self.to_mm or 0.0) if moves else ()
 
     @property
     def acts_on(self) -> str:
