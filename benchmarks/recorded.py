@@ -38,7 +38,7 @@ import polars as pl
 ROOT = Path(__file__).resolve().parents[1]
 
 LIMITS = "verify --limits goes through the whole cycle (docs/decisions/0021)"
-STUDIES = "studies of sample time and of printed digits left the package (CHANGELOG)"
+STUDIES = "studies of sample time and of printed digits left the package"
 REDUNDANT = "a redundant sensor is called so on every wire, no longer spare"
 FINDINGS = "findings of several channels are one where code and values agree"
 HELP = "help texts and remedies say more"
