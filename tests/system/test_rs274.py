@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from tests.in_time import LONGEST_S
+from thermaxis.cli import main
 from thermaxis.controls import ProgramRequest, TouchRequest, check_options, control_by_name
-from thermaxis.files import plan_sha256
+from thermaxis.files import plan_sha256, read_thermal_test_plan
 from thermaxis.positioning import (
     BACKWARD,
     FORWARD,
@@ -40,15 +41,17 @@ OFFSETS = "G10 L2 P1 X50 Y-70 Z3\nG54\nG92 Y12.5\n"
 """Work offsets that are in force before the program starts; G53 must pass over all of them."""
 
 
-def canonical(program: str, folder: Path, *, aborted: str = "") -> list[str]:
+def canonical(program: str, folder: Path, *, aborted: str = "", spindles: int = 1) -> list[str]:
     interpreter = shutil.which("rs274")
     assert interpreter is not None, (
         "rs274 is missing: it comes with LinuxCNC, apt-get install linuxcnc-uspace"
     )
     file = folder / "program.ngc"
     file.write_text(program, encoding="ascii")
+    settings = folder / "machine.ini"
+    settings.write_text(f"[TRAJ]\nSPINDLES = {spindles}\n", encoding="ascii")
     done = subprocess.run(
-        [interpreter, "-g", str(file)],
+        [interpreter, "-i", str(settings), "-g", str(file)],
         cwd=folder,
         capture_output=True,
         encoding="utf-8",
@@ -193,3 +196,76 @@ def test_a_part_program_that_calls_a_touch_has_its_modes_back(tmp_path: Path) ->
     assert sum("STRAIGHT_PROBE" in line for line in lines) == 1
     rates = [line for line in lines[: lines.index(last)] if "SET_FEED_RATE" in line]
     assert "(3.0000)" in rates[-1]
+
+
+HEAT = """
+[sources.spindle]
+levels = [0, 1000, 3000]
+switch = { kind = "spindle" }
+[sources.second]
+levels = [0, 500]
+switch = { kind = "spindle", spindle = 2 }
+[sources.slide]
+levels = [0, 6000]
+switch = { kind = "axis", axis = "Y", from_mm = -10, to_mm = 310 }
+[sources.pump]
+switch = { kind = "function", on = 8, off = 9 }
+"""
+
+
+def heated(lines: list[str]) -> list[tuple[tuple[float, float, float, float], float]]:
+    """Return the levels of spindles, axis and pump between switches, and for how long. [s]"""
+    found: list[tuple[tuple[float, float, float, float], float]] = []
+    speeds, turning, pump = [0.0, 0.0], [False, False], 0.0
+    offset_mm, place_mm, feed, moved_s = {"G5X": 0.0, "G92": 0.0}, -10.0, 0.0, 0.0
+    others = set[tuple[float, ...]]()
+    for line in lines:
+        call = re.search(r" ([A-Z0-9_]+)\(([-\d., ]*)\)$", line)
+        if call is None:
+            continue
+        name, words = call[1], [float(word) for word in call[2].replace(",", " ").split()]
+        if kind := re.fullmatch(r"SET_(G5X|G92)_OFFSET", name):
+            offset_mm[kind[1]] = words[-5]
+        elif name == "SET_SPINDLE_SPEED":
+            speeds[int(words[0])] = words[1]
+        elif name in {"START_SPINDLE_CLOCKWISE", "STOP_SPINDLE_TURNING"}:
+            turning[int(words[0])] = name.startswith("START")
+        elif name in {"FLOOD_ON", "FLOOD_OFF"}:
+            pump = float(name == "FLOOD_ON")
+        elif name == "SET_FEED_RATE":
+            feed = words[0]
+        elif name == "STRAIGHT_FEED":
+            to_mm = words.pop(1) + sum(offset_mm.values())
+            others.add(tuple(words))
+            assert min(abs(to_mm - end_mm) for end_mm in (-10.0, 310.0)) < 1e-3
+            moved_s += 60.0 * abs(to_mm - place_mm) / feed
+            place_mm = to_mm
+        elif name == "DWELL":  # every step ends with one
+            spindles = [speed * on for speed, on in zip(speeds, turning, strict=True)]
+            level = (*spindles, feed * bool(moved_s), pump)
+            found.append((level, moved_s + words[0]))
+            assert words[0] < 7.0 or moved_s == 0.0  # it moves as long as a whole way fits
+            moved_s = 0.0
+        assert name != "STRAIGHT_TRAVERSE"
+    assert len(others) == 1  # no other axis moves
+    return found
+
+
+def test_the_interpreter_heats_as_the_command_has_planned(tmp_path: Path) -> None:
+    """Whatever offsets, units and modes were in force."""
+    heat, file, program = (tmp_path / name for name in ("heat.toml", "plan.json", "test.ngc"))
+    heat.write_text(HEAT, encoding="utf-8")
+    words = ["thermal-test", "plan", "--machine", heat, "--duration", "3h", "-o", file]
+    assert main([*map(str, words)]) == 0
+    words = ["program", file, "--control", "linuxcnc", "-o", program, "--travel=-20:320"]
+    assert main([*map(str, words)]) == 0
+    before = "G10 L2 P2 X50 Y-70 Z3\nG55\nG92 Y12.5\nG20 G91 G95 F3\nS900 M3\nM8\n"
+    lines = canonical(before + program.read_text("ascii"), tmp_path, spindles=2)
+    steps = read_thermal_test_plan(file).steps
+    done = heated(lines)
+    assert [levels for levels, _ in done] == [step.levels for step in steps]
+    assert len({level for step in steps for level in step.levels}) > 4  # every source ran
+    for (_, seconds), step in zip(done, steps, strict=True):
+        assert seconds == pytest.approx(step.duration_s, abs=1e-2)
+    stops = [line for line in lines if "STOP_SPINDLE" in line]
+    assert len(stops) >= 4  # all stand at begin and end, and M2 stops them once more
