@@ -11,11 +11,13 @@ from asyncua import ua
 
 from tests.opcua_server import NAMESPACE, Cable, Machine, start_machine
 from tests.unit.runtime.recording import marks_of, rows_of
+from thermaxis.cli import main
 from thermaxis.cli.machine import record
 from thermaxis.errors import ConfigurationError
-from thermaxis.files import read_thermal_log
+from thermaxis.files import read_thermal_log, read_thermal_test_plan
 from thermaxis.runtime import Recorder, SystemClock, read_record
 from thermaxis.runtime.record import RecordingFiles, _recorder
+from thermaxis.thermal import ThermalTestPlan
 
 CONFIGURATION = """
 [record]
@@ -178,6 +180,55 @@ def test_a_cable_that_is_cut_and_a_sensor_that_fails_are_in_the_record(tmp_path,
     assert column(beside, 12)[-1] == "sent 0"
     words_of_connection = [m for m in marks_of(path) if m.startswith("connection")]
     assert ["is there" in m for m in words_of_connection] == [True, False, True]
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> Path:
+    """Return the plan of a test whose displacement and temperatures the server has."""
+    heat, file = tmp_path / "heat.toml", tmp_path / "plan.json"
+    heat.write_text(
+        "block_min = 2\nrest_min = 1\nenough_um = 1e6\n"
+        "[sources.spindle]\nlevels = [0, 3000]\ninput = 'T_spindle_C-T_column_C'\n"
+    )
+    planned = ("thermal-test", "plan", "--machine", heat, "--duration", "4min", "-o", file)
+    assert main([str(word) for word in planned]) == 0
+    return file
+
+
+DISPLACEMENT = f'[channel.Z_um]\nnode = "nsu={NAMESPACE};s=T3"\nunit = "um"\n'
+
+
+def test_what_a_planned_test_has_reached_is_told_while_a_server_is_recorded(
+    tmp_path, plan, monkeypatch
+):
+    """As soon as its log has enough rows: its first block counts as over at once."""
+    told = list[str]()
+    monkeypatch.setattr(record, "TOLD_EVERY_S", 0.2)
+    monkeypatch.setattr(record, "_tell", lambda message: told.append(message.code))
+    monkeypatch.setattr(ThermalTestPlan, "foreseen_at_um", lambda _plan, _time_s: 7.0)
+
+    async def followed() -> None:
+        async with server(tmp_path, DISPLACEMENT):
+            settings = read_record(tmp_path / "record.toml")
+            (folder := tmp_path / "test").mkdir()
+            given = (settings, folder, None, read_thermal_test_plan(plan))
+            recording = asyncio.create_task(record._recorded(*given))
+            while "recording-plan_enough" not in told and not recording.done():
+                await asyncio.sleep(0.02)
+            recording.cancel()
+            await asyncio.wait({recording})
+
+    asyncio.run(followed())
+    assert "recording-plan_enough" in told
+
+
+def test_what_it_has_reached_is_told_at_the_end_too(tmp_path, plan, monkeypatch):
+    logs = list[tuple[Path, ...]]()
+    monkeypatch.setattr(record, "told_of_plan", lambda _plan, files: logs.append(files))
+    folder = tmp_path / "test"
+    given = ("-o", str(folder), "--for", "0.2", "--plan", str(plan))
+    assert with_server(tmp_path, *given, more=DISPLACEMENT) == 0
+    assert logs == [tuple(folder.glob("*.csv"))]
 
 
 def test_a_trial_shows_every_node_and_writes_nothing(tmp_path, capsys, monkeypatch):

@@ -2,9 +2,11 @@
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
+from pathlib import PurePath
 from typing import NoReturn, Protocol, cast
 
 from thermaxis import __version__
@@ -105,6 +107,9 @@ def _load(name: str) -> Command:
     return cast("Command", cast("object", module))
 
 
+_NEGATIVE_WORD = re.compile(r"-\.?\d")
+
+
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one line: the usage of a command may take thirty."""
 
@@ -112,6 +117,8 @@ class _Parser(argparse.ArgumentParser):
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
         """Refuse what is unknown here, where the help is the command's own."""
+        # argparse takes -10:510 and -3h for options unless they count as negative numbers
+        self._negative_number_matcher = _NEGATIVE_WORD
         found, unknown = super().parse_known_args(args, namespace or argparse.Namespace())
         if unknown:
             self.error(f"unrecognized arguments: {' '.join(unknown)}")
@@ -193,9 +200,16 @@ def execute(words: Sequence[str]) -> int:
     try:
         return _load(namespace.command).run(namespace)
     except ThermaxisError as error:
+        named = _as_given(error, words)
         if getattr(namespace, "json", None) == "-":  # where a result alone was asked for
-            _write_error(error)
-        raise
+            _write_error(named)
+        raise named from error.__cause__
+
+
+def _as_given(error: ThermaxisError, words: Sequence[str]) -> ThermaxisError:
+    """Return the error with its file as it was given: a log is known by its name without ending."""
+    given = [word for word in words if PurePath(word).stem == error.place.file]
+    return error.at(error.place._replace(file=given[0])) if len(given) == 1 else error
 
 
 def _write_error(error: ThermaxisError) -> None:

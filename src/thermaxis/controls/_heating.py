@@ -71,7 +71,7 @@ def _switches(plan: "ThermalTestPlan", spindles: int) -> "dict[str, SourceSwitch
 def _check(request: HeatingRequest, switches: "list[SourceSwitch]") -> None:
     ends = _ends_mm(switches)
     if ends:
-        check_travel(ends, request.travel, "mm")
+        check_travel(ends, request.travel, "mm", "heating_beyond_travel")
     if any(abs(end) > _LARGEST_POSITION_MM for end in ends):
         place = Place(key="switch.from_mm")
         raise ConfigurationError("position_too_large", largest=_LARGEST_POSITION_MM, place=place)

@@ -110,14 +110,19 @@ def check_motion(request: ProgramRequest, *, largest: float = math.inf) -> None:
     check_travel(places, request.travel, plan.kind.units.position)
 
 
-def check_travel(places: Sequence[float], travel: tuple[float, float] | None, unit: str) -> None:
-    """Refuse motion beyond the stated travel."""
+def check_travel(
+    places: Sequence[float],
+    travel: tuple[float, float] | None,
+    unit: str,
+    code: str = "program_beyond_travel",
+) -> None:
+    """Refuse motion beyond the stated travel, by a code whose remedy fits."""
     if travel is None:
         return
     (low, high), lowest, highest = travel, min(places), max(places)
     if lowest < low or highest > high:
         raise ConfigurationError(
-            "program_beyond_travel",
+            code,
             place=Place(key="--travel"),
             lowest=lowest,
             highest=highest,

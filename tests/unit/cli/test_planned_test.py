@@ -239,3 +239,14 @@ def test_places_are_chosen_from_logs(tmp_path: Path) -> None:
     assert said["best"] == ["T1_C", "T3_C"]
     assert min(said["without_um"].values()) > 3.0 * said["error_um"]
     assert code_of(*words, "--place", "a=T1_C") == "outside_range"
+    bare = tmp_path / "bare.csv"
+    bare.write_text("time_s,Z_um\n0,1\n10,2\n20,3\n")
+    assert code_of("thermal-test", "places", bare) == "outside_count"
+    error = refusal("thermal-test", "places", bare, "--place", "a=T1_C")
+    assert (error.code, error.place.file) == ("unknown_column", str(bare))
+
+
+def test_a_negative_duration_is_told_from_an_option(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["thermal-test", "plan", "--machine", "heat.toml", "--duration", "-3h"])
+    assert "'-3h' is no positive time" in capsys.readouterr().err

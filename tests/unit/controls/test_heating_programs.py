@@ -143,7 +143,7 @@ def test_a_program_is_refused_that_could_not_be_run() -> None:
         with pytest.raises(ConfigurationError) as caught:
             program_of(name, plan_of(sources, (on, on)))
         assert caught.value.code == code
-    with refused("program_beyond_travel"):
+    with refused("heating_beyond_travel"):
         program_of("sinumerik", plan_of(two, ((3000.0, 0.0),)), travel=(0.0, 300.0))
     for name, stated in (
         ("fanuc", "program_number=M30"),

@@ -10,7 +10,6 @@ stands in its way, and whether the axis is referenced, is not known.
 """
 
 import argparse
-import re
 from collections.abc import Iterator
 
 from thermaxis.cli._arguments import (
@@ -48,7 +47,6 @@ probe answers by hand, and bears the way behind the surface; prove it with reduc
 _BEFORE_HEATING = """\
 Before it runs: tool, chuck and workpiece bear the highest speeds for hours, the way of moving \
 axes is free, doors are closed; prove it with reduced speed."""
-_NEGATIVE_WORD = re.compile(r"-\.?\d.*", re.DOTALL)
 
 
 def _travel(text: str) -> tuple[float, float]:
@@ -63,8 +61,6 @@ def _travel(text: str) -> tuple[float, float]:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    # argparse takes -10:510 for an option unless it counts as a negative number
-    parser._negative_number_matcher = _NEGATIVE_WORD  # noqa: SLF001 - see above
     add = adder(parser)
     add(
         "plan PLAN",

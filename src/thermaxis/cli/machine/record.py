@@ -81,11 +81,13 @@ def _record(
     plan: ThermalTestPlan | None,
 ) -> int:
     with sole_writer(folder, settings.name):
-        for line in _about(settings, folder, duration_s):
+        for line in _about(settings, folder, duration_s or (plan.duration_s if plan else None)):
             _show(line)
         summary = asyncio.run(_recorded(settings, folder, duration_s, plan))
     for line in _summary(summary):
         sys.stdout.write(f"{line}\n")
+    if plan is not None and (last := told_of_plan(plan, summary.files)) is not None:
+        _tell(last)
     if summary.error:
         raise DataError("rows_not_written", place=Place(file=str(folder)), cause=summary.error)
     return 0

@@ -12,6 +12,7 @@ from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._planned_test import reached_by
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import add_log_options, logs_of, reading_codes
+from thermaxis.errors import require_count
 from thermaxis.report.tables import Part, Table, Value, rows_of
 from thermaxis.thermal import GainsPrior, HeatingConditions, ReachedTest, ThermalTestPlan
 
@@ -171,6 +172,7 @@ def run_places(arguments: argparse.Namespace) -> int:
             for name in logs[0].columns
             if logs[0].units[name] in thermal.TEMPERATURES
         ]
+        require_count("--place", len(definitions), 1, 1000)
         progress("comparing", 0, 0)
         records = thermal.records_of(logs, definitions, arguments.output or ["Z_um"])
         names = [one.name for one in definitions]

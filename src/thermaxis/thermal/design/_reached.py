@@ -15,7 +15,8 @@ from thermaxis.thermal.modal import segments_of
 
 _TIMES = np.exp(np.linspace(-2.0, 2.0, 9))
 """Sizes that noise, drift and gains may have beside the stated ones. [1]"""
-_LOG_STD = 1.0
+_LOG_STD = 0.4
+"""Spread of their logarithms around the stated ones. [1]"""
 
 
 @final
@@ -29,10 +30,6 @@ class ReachedTest:
     """Gains with their covariance: the knowledge from which the next test is planned."""
     noise: ReadingNoise
     """Noise and drift, of the sizes that the record shows."""
-
-    def predicted_um(self, answers: FloatArray) -> FloatArray:
-        """Return the displacement that answers of the grid make, (n, s (1 + j)) to (n,). [µm]"""
-        return np.asarray(answers @ self.gains.mean_um)
 
 
 def reached(
