@@ -10,13 +10,13 @@ machines    two sources; lags, gains and speeds of rise drawn at random for each
             each test, its root mean square over the machines
 lathe       the same with the virtual lathe, whose physics is a network of heat, in a hall; errors
             are of what the sources do, the same day at rest taken off
-calm        what of the designed 8 h on the lathe is due to what: with a hall of one temperature, and
-            with sensors without noise and digits; errors in other spectra of such a lathe
+calm        what of the designed 8 h on the lathe is due to what: with a hall of one temperature,
+            and with sensors without noise and digits; errors in other spectra of such a lathe
 places      FL_THERMAL and the virtual lathe with twelve places: three chosen in the rows learned
             from, beside all places and 200 random triples; mean absolute error of free runs on
             later rows, by a ridge on four lags (1e-2) and by `modal`
 
-    python benchmarks/designed_tests.py [--sections machines,lathe,calm,places] [--draws 50] [--seeds 24]
+    python benchmarks/designed_tests.py [--sections machines,lathe,calm,places] [--draws 50]
 """
 
 import argparse
