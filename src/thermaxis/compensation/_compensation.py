@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import final
 
-from thermaxis.codes import Place
 from thermaxis.compensation._limits import Limits
 from thermaxis.compensation._model import CompensationModel
 from thermaxis.compensation._sensors import SensorRules
@@ -98,7 +97,7 @@ class Compensation:
                 other = witness.get(other, "")
             if other or not self.sensors[name].frozen_s:
                 code = "moves_with_itself" if other else "witness_may_stand"
-                raise ConfigurationError(code, name=name, place=Place(key="sensors"))
+                raise ConfigurationError(code, name=name, key="sensors")
         _match("limits", outputs, self.limits)
         _no_others("redundant", channels, self.redundant)
         _no_others("touches", outputs, self.touches)
@@ -123,11 +122,11 @@ class Compensation:
 
 def _match(key: str, wanted: tuple[str, ...], given: Mapping[str, object]) -> None:
     if lacking := tuple(name for name in wanted if name not in given):
-        raise ConfigurationError("entries_missing", names=lacking, place=Place(key=key))
+        raise ConfigurationError("entries_missing", names=lacking, key=key)
     _no_others(key, wanted, given)
 
 
 def _no_others(key: str, known: tuple[str, ...], given: Iterable[str]) -> None:
     for name in given:
         if name not in known:
-            raise ConfigurationError("unknown_name", name=name, known=known, place=Place(key=key))
+            raise ConfigurationError("unknown_name", name=name, known=known, key=key)

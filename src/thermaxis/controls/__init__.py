@@ -6,7 +6,6 @@ from functools import cache
 from importlib import import_module
 from importlib.resources import files
 
-from thermaxis.codes import Place
 from thermaxis.controls._control import (
     LARGEST_TABLE_BYTES,
     TRAVEL_UNSTATED,
@@ -85,7 +84,7 @@ def control_by_name(name: str) -> Control:
     """Return a control."""
     if name not in _modules():
         raise ConfigurationError(
-            "unknown_choice", name=name, known=control_names(), place=Place(key="--control")
+            "unknown_choice", name=name, known=control_names(), key="--control"
         )
     control = import_module(f"{__name__}.{_modules()[name]}").CONTROL
     if not isinstance(control, Control):

@@ -1,6 +1,5 @@
 """What the touch programs of all controls share: the checks of their way, and their head."""
 
-from thermaxis.codes import Place
 from thermaxis.controls._control import TouchRequest, comment_text
 from thermaxis.controls._program import check_travel, travel_line
 from thermaxis.errors import ConfigurationError
@@ -32,7 +31,7 @@ def touch_head(
     ):
         if not least <= value <= most:
             raise ConfigurationError(
-                "outside_range", value=value, least=least, most=most, place=Place(key=option)
+                "outside_range", value=value, least=least, most=most, key=option
             )
     ahead, behind = (round(abs(surface - place), 3) for place in (start, end))
     if not (min(ahead, behind) >= _LEAST_WAY_MM and ahead < t.search_mm):
@@ -42,7 +41,7 @@ def touch_head(
             start_mm=start,
             end_mm=end,
             least_mm=_LEAST_WAY_MM,
-            place=Place(key="--touch"),
+            key="--touch",
         )
     check_travel((start, end), t.travel, "mm")
     lines = (

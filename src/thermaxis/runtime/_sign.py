@@ -2,7 +2,6 @@
 
 from typing import Final
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 AWAY: Final = "positive moves the tool away from the workpiece"
@@ -48,11 +47,7 @@ def offset_factor(unit: str, sign: str) -> float:
         If the unit or the sentence is not known.
     """
     if unit not in OFFSET_UNITS:
-        raise ConfigurationError(
-            "unknown_choice", name=unit, known=tuple(OFFSET_UNITS), place=Place(key="unit")
-        )
+        raise ConfigurationError("unknown_choice", name=unit, known=tuple(OFFSET_UNITS), key="unit")
     if sign not in SIGNS:
-        raise ConfigurationError(
-            "unknown_sign", sign=sign, away=AWAY, towards=TOWARDS, place=Place(key="sign")
-        )
+        raise ConfigurationError("unknown_sign", sign=sign, away=AWAY, towards=TOWARDS, key="sign")
     return SIGNS[sign] * OFFSET_UNITS[unit]

@@ -8,7 +8,6 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment
@@ -84,13 +83,13 @@ def best_places(
     held out is taken, for each subset its own. Outputs count relative to their spread.
     """
     if not 0 < count < len(names):
-        values = {"value": count, "least": 1, "most": len(names) - 1}
-        raise ConfigurationError("outside_range", place=Place(key="--places"), **values)
+        raise ConfigurationError(
+            "outside_range", value=count, least=1, most=len(names) - 1, key="--places"
+        )
     subsets = math.comb(len(names), count)
     if subsets > MOST_SUBSETS:
-        place = Place(key="--places")
         raise ConfigurationError(
-            "too_many_subsets", subsets=subsets, most=MOST_SUBSETS, place=place
+            "too_many_subsets", subsets=subsets, most=MOST_SUBSETS, key="--places"
         )
     experiments = next(iter(outputs.values()))
     parts = record_parts(experiments, PARTS)

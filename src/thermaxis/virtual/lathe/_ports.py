@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import Final, final
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import (
     DIAMETER,
@@ -100,15 +99,12 @@ class LatheSource(Source):
         for signal in self._names.values():
             if signal not in SIGNALS:
                 raise ConfigurationError(
-                    "unknown_name", name=signal, known=tuple(SIGNALS), place=Place(key="names")
+                    "unknown_name", name=signal, known=tuple(SIGNALS), key="names"
                 )
         for interlock in interlocks:
             if interlock not in INTERLOCKS:
                 raise ConfigurationError(
-                    "unknown_name",
-                    name=interlock,
-                    known=tuple(INTERLOCKS),
-                    place=Place(key="interlocks"),
+                    "unknown_name", name=interlock, known=tuple(INTERLOCKS), key="interlocks"
                 )
         self._interlocks = tuple(interlocks)
         self._time = _Time(lathe, clock)
