@@ -1,6 +1,6 @@
 """The project's errors: a code, its values and the place; the sentence is in the catalogue."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import replace
 from typing import Protocol, Self, final
@@ -121,6 +121,16 @@ def require_count(key: str, count: int, least: int, most: int, channel: str = ""
         raise ConfigurationError(
             "outside_count", count=count, least=least, most=most, key=key, channel=channel
         )
+
+
+def require_known(
+    key: str, names: Iterable[str], known: Iterable[str], code: str = "unknown_name"
+) -> None:
+    """Refuse names that are none of the known ones; with another code one of a few choices."""
+    known = tuple(known)
+    for name in names:
+        if name not in known:
+            raise ConfigurationError(code, name=name, known=known, key=key)
 
 
 def require_unique(key: str, names: Sequence[str], channel: str = "") -> None:

@@ -10,6 +10,7 @@ from typing import final
 from thermaxis.errors import (
     ConfigurationError,
     require_count,
+    require_known,
     require_positive,
     require_range,
     require_unique,
@@ -304,10 +305,7 @@ class CompensationModel:
         require_range("input_filter_s", self.input_filter_s, 0.0, 86400.0)
         require_positive("longest_gap_s", self.longest_gap_s, 1e8)
         require_range("longest_hold_s", self.longest_hold_s, 0.0, 1e6)
-        if self.reference not in {START, STATED}:
-            raise ConfigurationError(
-                "unknown_choice", name=self.reference, known=(START, STATED), key="reference"
-            )
+        require_known("reference", [self.reference], (START, STATED), "unknown_choice")
         used: dict[str, None] = {}
         for output in self.outputs:
             for part in output.parts:

@@ -193,11 +193,19 @@ def read_logs(
     return found
 
 
-def entries_of(arguments: argparse.Namespace, paths: Sequence[Path]) -> list[ReadLog]:
-    """Read logs as the options of `add_log_options` say."""
+def entries_of(
+    arguments: argparse.Namespace,
+    paths: Sequence[Path],
+    *,
+    part: Span | None = None,
+    sample_time_s: float | None = None,
+) -> list[ReadLog]:
+    """Read logs, or the same part of each, as the options of `add_log_options` say."""
     return read_logs(
         paths,
         mapping=arguments.mapping,
+        part=part,
+        sample_time_s=sample_time_s,
         masks=arguments.mask,
         as_logged=arguments.as_logged,
         reference_s=arguments.reference,

@@ -18,8 +18,8 @@ from thermaxis.cli.thermal._series import add_series, write_run_series
 from thermaxis.cli.thermal._thermal_logs import (
     ReadLog,
     add_log_options,
+    entries_of,
     findings_in,
-    read_logs,
     reading_codes,
     remarks_of,
     span,
@@ -172,14 +172,8 @@ def run(arguments: argparse.Namespace) -> int:
     _check_outputs(arguments)
     with Progress() as progress:
         progress("reading", 0, 0)
-        entries = read_logs(
-            arguments.logs,
-            mapping=arguments.mapping,
-            part=arguments.span,
-            sample_time_s=arguments.sample_time,
-            masks=arguments.mask,
-            as_logged=arguments.as_logged,
-            reference_s=arguments.reference,
+        entries = entries_of(
+            arguments, arguments.logs, part=arguments.span, sample_time_s=arguments.sample_time
         )
         _check_twice(entries)
         logs = [entry.log for entry in entries]

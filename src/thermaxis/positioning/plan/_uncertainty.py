@@ -13,7 +13,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError, require_positive, require_range
+from thermaxis.errors import ConfigurationError, require_known, require_positive, require_range
 from thermaxis.positioning.drift import (
     Readings,
     Sums,
@@ -455,10 +455,7 @@ def shortest_plan(
         of cycles takes longer than the longest run or has too many stops or levels.
     """
     require_positive("target_uncertainty", target_uncertainty, 1e9)
-    if key != LEVEL_KEY and key not in FIGURE_KEYS:
-        raise ConfigurationError(
-            "unknown_choice", name=key, known=(LEVEL_KEY, *FIGURE_KEYS), key="target_figure"
-        )
+    require_known("target_figure", [key], (LEVEL_KEY, *FIGURE_KEYS), "unknown_choice")
     assumptions = RunAssumptions() if assumptions is None else assumptions
     smallest = replace(plan, cycles=max(fewest_cycles, FEWEST_CYCLES))
     while why_nothing_is_expected(smallest) is not None and smallest.cycles < 8:

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.compensation import GainPoint
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.errors import ConfigurationError, DataError, require_known
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.identification._records import Records
 from thermaxis.thermal.log import Experiment
@@ -77,12 +77,8 @@ def joint_gains(
     Mareš and Horejš 2021, equations (6) and (8).
     """
     names = [definition.name for definition in records.inputs]
-    if part not in names:
-        raise ConfigurationError("unknown_name", name=part, known=tuple(names), key="joint")
-    lacking = [channel for channel in diameters_mm if channel not in records.experiments]
-    if lacking:
-        known = tuple(records.experiments)
-        raise ConfigurationError("unknown_name", name=lacking[0], known=known, key="joint")
+    require_known("joint", [part], names)
+    require_known("joint", diameters_mm, records.experiments)
     if len(diameters_mm) < 2:
         raise ConfigurationError("too_few_joint_channels", key="joint")
     column = names.index(part)

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.codes import Message, Place
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.errors import ConfigurationError, DataError, require_unique
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log._thermal_log import ThermalLog
 
@@ -119,11 +119,7 @@ def check_inputs(definitions: Sequence[InputDefinition]) -> None:
     """Refuse inputs of a model of which there is none, or two have the same name."""
     if not definitions:
         raise ConfigurationError("no_input", key="input")
-    seen: set[str] = set()
-    for definition in definitions:
-        if definition.name in seen:
-            raise ConfigurationError("stated_twice", name=definition.name, key="input")
-        seen.add(definition.name)
+    require_unique("input", [definition.name for definition in definitions])
 
 
 def _split(text: str, expression: str, channels: Collection[str]) -> tuple[str, str | None]:

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.codes import Message
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.errors import ConfigurationError, DataError, require_range
 from thermaxis.thermal._arrays import FloatArray, frozen_array
 from thermaxis.thermal.log import Experiment, common_shape
 from thermaxis.thermal.transfer_function._figures import fit_percent
@@ -78,8 +78,7 @@ def per_input(orders: int | Sequence[int], inputs: int, name: str) -> tuple[int,
         raise ConfigurationError("count_not_inputs", count=len(values), inputs=inputs, key=name)
     limit = MOST_COEFFICIENTS // 2
     for value in values:
-        if not 0 <= value <= limit:
-            raise ConfigurationError("outside_range", value=value, least=0, most=limit, key=name)
+        require_range(name, value, 0, limit)
     return values
 
 

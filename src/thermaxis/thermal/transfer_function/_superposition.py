@@ -13,7 +13,7 @@ from thermaxis.compensation import (
     Part,
     Provenance,
 )
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_known
 
 TCP = "tcp"
 """Word for the tool centre point among the diameters of a gain."""
@@ -135,11 +135,7 @@ def combine_models(
     used = {name for name, _ in models} | {
         part.name for _, model in models for output in model.outputs for part in output.parts
     }
-    for name in wanted:
-        if name not in used:
-            raise ConfigurationError(
-                "unknown_name", name=name, known=tuple(sorted(used)), key="gain"
-            )
+    require_known("gain", wanted, sorted(used))
     first = models[0][1]
     return replace(
         first,

@@ -7,7 +7,7 @@ from itertools import accumulate
 from types import MappingProxyType
 from typing import Final, NamedTuple, final
 
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_known
 from thermaxis.virtual.lathe._physics import LOW_GEAR_LIMIT_RPM
 
 SEEN_EVERY_S = 600.0
@@ -165,8 +165,5 @@ SCENARIOS: Final[Mapping[str, Scenario]] = MappingProxyType(
 
 def scenario_named(name: str) -> Scenario:
     """Return a scenario."""
-    if name not in SCENARIOS:
-        raise ConfigurationError(
-            "unknown_choice", name=name, known=tuple(SCENARIOS), key="scenario"
-        )
+    require_known("scenario", [name], SCENARIOS, "unknown_choice")
     return SCENARIOS[name]
