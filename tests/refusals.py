@@ -22,14 +22,25 @@ def said_by(sink: "Sink") -> str:
 
 @contextmanager
 def refused(
-    code: str, place: Place | None = None, **values: Value
+    code: str,
+    *,
+    file: Path | str | None = None,
+    line: int | None = None,
+    column: str | None = None,
+    key: str | None = None,
+    channel: str | None = None,
+    **values: Value,
 ) -> Iterator[pytest.ExceptionInfo[ThermaxisError]]:
     """Expect an error of a code; of a place and of values where they are stated."""
+    parts = {"line": line, "column": column, "key": key, "channel": channel}
+    stated = {name: part for name, part in parts.items() if part is not None}
+    if file is not None:
+        stated["file"] = str(file)
     with pytest.raises(ThermaxisError) as caught:
         yield caught
     error = caught.value
     assert error.code == code, str(error)
-    assert place is None or error.place == place
+    assert not stated or error.place == Place(**stated)
     assert {name: error.values.get(name) for name in values} == values
     assert f"error-{code}" not in str(error)  # the sentence has what it needs
 

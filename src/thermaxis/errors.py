@@ -1,11 +1,15 @@
 """The project's errors: a code, its values and the place; the sentence is in the catalogue."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import replace
-from typing import Self, final
+from typing import Protocol, Self, final
 
 from thermaxis.codes import NOWHERE, Message, Place, Value
+
+
+class _Path(Protocol):
+    def __fspath__(self) -> str: ...
 
 
 class ThermaxisError(Exception):
@@ -18,14 +22,29 @@ class ThermaxisError(Exception):
     code : str
         What is wrong, such as ``too_few_cycles``: ``error-`` and the code is the sentence's key.
     place : Place
-        Where it is.
+        Where it is, as a whole.
+    file, line, column, key, channel : optional
+        The same by its parts; a path is as good as the name of a file.
     **values : number, str, Message, tuple or None
         What the sentence says, by name; the unit stands in the name.
     """
 
-    def __init__(self, code: str, /, *, place: Place = NOWHERE, **values: Value) -> None:
+    def __init__(
+        self,
+        code: str,
+        /,
+        *,
+        place: Place = NOWHERE,
+        file: _Path | str = "",
+        line: int | None = None,
+        column: str = "",
+        key: str = "",
+        channel: str = "",
+        **values: Value,
+    ) -> None:
         super().__init__(code)
-        self.message = Message(f"error-{code}", values, place)
+        parts = Place(str(file), line, column, key=key, channel=channel)
+        self.message = Message(f"error-{code}", values, place if parts == NOWHERE else parts)
 
     @classmethod
     def of(cls, message: Message) -> Self:
@@ -83,28 +102,39 @@ class ConfigurationError(ThermaxisError):
 def require_range(key: str, value: float, least: float, most: float, channel: str = "") -> None:
     """Refuse a number that is not from the least to the most."""
     if not least <= value <= most:
-        place = Place(key=key, channel=channel)
-        raise ConfigurationError("outside_range", value=value, least=least, most=most, place=place)
+        raise ConfigurationError(
+            "outside_range", value=value, least=least, most=most, key=key, channel=channel
+        )
 
 
 def require_positive(key: str, value: float, most: float, channel: str = "") -> None:
     """Refuse a number that is not above zero and at most so large."""
     if not 0.0 < value <= most:
-        place = Place(key=key, channel=channel)
-        raise ConfigurationError("not_positive_up_to", value=value, most=most, place=place)
+        raise ConfigurationError(
+            "not_positive_up_to", value=value, most=most, key=key, channel=channel
+        )
 
 
 def require_count(key: str, count: int, least: int, most: int, channel: str = "") -> None:
     """Refuse too few of something, or too many."""
     if not least <= count <= most:
-        place = Place(key=key, channel=channel)
-        raise ConfigurationError("outside_count", count=count, least=least, most=most, place=place)
+        raise ConfigurationError(
+            "outside_count", count=count, least=least, most=most, key=key, channel=channel
+        )
+
+
+def require_known(
+    key: str, names: Iterable[str], known: Iterable[str], code: str = "unknown_name"
+) -> None:
+    """Refuse names that are none of the known ones; with another code one of a few choices."""
+    known = tuple(known)
+    for name in names:
+        if name not in known:
+            raise ConfigurationError(code, name=name, known=known, key=key)
 
 
 def require_unique(key: str, names: Sequence[str], channel: str = "") -> None:
     """Refuse a name that stands twice."""
     for k, name in enumerate(names):
         if name in names[:k]:
-            raise ConfigurationError(
-                "stated_twice", name=name, place=Place(key=key, channel=channel)
-            )
+            raise ConfigurationError("stated_twice", name=name, key=key, channel=channel)

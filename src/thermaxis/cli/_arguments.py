@@ -7,7 +7,6 @@ from datetime import date
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
@@ -140,19 +139,18 @@ def _stated(arguments: argparse.Namespace, option: str) -> bool:
 def refuse_both(arguments: argparse.Namespace, one: str, other: str) -> None:
     """Refuse two options that exclude each other."""
     if _stated(arguments, one) and _stated(arguments, other):
-        raise ConfigurationError("options_exclude", place=Place(key=one), one=one, other=other)
+        raise ConfigurationError("options_exclude", key=one, one=one, other=other)
 
 
 def refuse_alone(arguments: argparse.Namespace, needed: str, *options: str) -> None:
     """Refuse options that mean something only together with another one."""
     for option in options:
         if _stated(arguments, option) and not _stated(arguments, needed):
-            place = Place(key=option)
-            raise ConfigurationError("option_needs", place=place, option=option, needed=needed)
+            raise ConfigurationError("option_needs", key=option, option=option, needed=needed)
 
 
 def refuse_foreign(arguments: argparse.Namespace, what: str, *options: str) -> None:
     """Refuse options that belong to something else."""
     for option in options:
         if _stated(arguments, option):
-            raise ConfigurationError("option_belongs_to", place=Place(key=option), what=what)
+            raise ConfigurationError("option_belongs_to", key=option, what=what)

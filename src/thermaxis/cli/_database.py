@@ -4,7 +4,6 @@ import argparse
 from pathlib import Path
 
 from thermaxis.cli._arguments import adder
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.history import refuse_password
 from thermaxis.runtime.host import read_secret
@@ -28,6 +27,7 @@ def database_of(text: str, password_file: Path | None, *, key: str) -> tuple[str
             return text, ""
         return text, read_secret(password_file, key="--password-file").reveal()
     if password_file is not None:
-        place = Place(key="--password-file")
-        raise ConfigurationError("option_belongs_to", place=place, what="the URL of a database")
+        raise ConfigurationError(
+            "option_belongs_to", key="--password-file", what="the URL of a database"
+        )
     return f"sqlite:///{text}", ""

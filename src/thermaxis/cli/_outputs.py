@@ -41,9 +41,7 @@ def check_outputs(
         if option == "--report" and path.suffix.lower() not in report_suffixes:
             raise ConfigurationError("report_suffix", place=place, suffix=path.suffix or path.name)
     if charts is not None and charts.is_file():
-        raise ConfigurationError(
-            "charts_need_folder", place=Place(file=str(charts), key="--figures")
-        )
+        raise ConfigurationError("charts_need_folder", file=charts, key="--figures")
 
 
 def _same(one: Path, other: Path) -> bool:
@@ -55,13 +53,13 @@ def _same(one: Path, other: Path) -> bool:
 def check_table_name(name: str) -> None:
     """Refuse standard output in place of a file for the control: the summary goes there."""
     if name in {"", "-"}:
-        raise ConfigurationError("no_name", place=Place(key="-o"))
+        raise ConfigurationError("no_name", key="-o")
 
 
 def check_csv_name(path: Path) -> None:
     """Refuse a name of another format for a log that is written as CSV."""
     if path.suffix.lower() in {".parquet", ".xlsx", ".mat", ".tdms", ".json"}:
-        raise ConfigurationError("written_as_csv", place=Place(file=str(path)))
+        raise ConfigurationError("written_as_csv", file=path)
 
 
 def keep_older(output: str, text: str) -> str | None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from numpy.linalg import LinAlgError
 
 from thermaxis import files, thermal
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.thermal import GainsPrior, HeatingConditions, ReachedTest, ThermalTestPlan
 
@@ -25,8 +25,7 @@ def check_inputs_stated(conditions: HeatingConditions) -> None:
     """Refuse sources of which no input of a log tells what they did."""
     for name, source in conditions.sources.items():
         if not source.input:
-            place = Place(key=f"sources.{name}.input")
-            raise ConfigurationError("missing_key", place=place)
+            raise ConfigurationError("missing_key", key=f"sources.{name}.input")
 
 
 def told_of_plan(plan: ThermalTestPlan, logs: Sequence[Path]) -> Message | None:

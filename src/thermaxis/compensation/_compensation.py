@@ -1,11 +1,10 @@
 """What a machine is compensated with: a model, rules of sensors, supervisor and touches, limits."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import final
 
-from thermaxis.codes import Place
 from thermaxis.compensation._limits import Limits
 from thermaxis.compensation._model import CompensationModel
 from thermaxis.compensation._sensors import SensorRules
@@ -14,6 +13,7 @@ from thermaxis.compensation._touches import TouchRules
 from thermaxis.errors import (
     ConfigurationError,
     require_count,
+    require_known,
     require_positive,
     require_range,
     require_unique,
@@ -98,10 +98,10 @@ class Compensation:
                 other = witness.get(other, "")
             if other or not self.sensors[name].frozen_s:
                 code = "moves_with_itself" if other else "witness_may_stand"
-                raise ConfigurationError(code, name=name, place=Place(key="sensors"))
+                raise ConfigurationError(code, name=name, key="sensors")
         _match("limits", outputs, self.limits)
-        _no_others("redundant", channels, self.redundant)
-        _no_others("touches", outputs, self.touches)
+        require_known("redundant", self.redundant, channels)
+        require_known("touches", self.touches, outputs)
         for name, own in self.touches.items():
             most_um = self.limits[name].total_um
             require_range("touches.limits", own.limits.total_um, 0.0, most_um, name)
@@ -123,11 +123,5 @@ class Compensation:
 
 def _match(key: str, wanted: tuple[str, ...], given: Mapping[str, object]) -> None:
     if lacking := tuple(name for name in wanted if name not in given):
-        raise ConfigurationError("entries_missing", names=lacking, place=Place(key=key))
-    _no_others(key, wanted, given)
-
-
-def _no_others(key: str, known: tuple[str, ...], given: Iterable[str]) -> None:
-    for name in given:
-        if name not in known:
-            raise ConfigurationError("unknown_name", name=name, known=known, place=Place(key=key))
+        raise ConfigurationError("entries_missing", names=lacking, key=key)
+    require_known(key, given, wanted)

@@ -7,10 +7,10 @@ from itertools import accumulate, pairwise
 from types import MappingProxyType
 from typing import final
 
-from thermaxis.codes import Place
 from thermaxis.errors import (
     ConfigurationError,
     require_count,
+    require_known,
     require_positive,
     require_range,
     require_unique,
@@ -101,11 +101,9 @@ class Part:
     def __post_init__(self) -> None:
         """Check the numbers."""
         if not self.name or not self.plus:
-            raise ConfigurationError("no_channel", place=Place(key="plus", channel=self.name))
+            raise ConfigurationError("no_channel", key="plus", channel=self.name)
         if self.plus == self.minus:
-            raise ConfigurationError(
-                "channel_minus_itself", place=Place(key="minus", channel=self.name)
-            )
+            raise ConfigurationError("channel_minus_itself", key="minus", channel=self.name)
         points, largest = self.gain_by_diameter, LARGEST_GAIN_UM_PER_K
         require_count("sections", len(self.sections), 0, MOST_PARTS, self.name)
         for key, value, least, most in (
@@ -119,11 +117,9 @@ class Part:
             if value is not None:
                 require_range(key, value, least, most, self.name)
         if not all(a.diameter_mm < b.diameter_mm for a, b in pairwise(points)):
-            place = Place(key="gain_by_diameter", channel=self.name)
-            raise ConfigurationError("not_rising", place=place)
+            raise ConfigurationError("not_rising", key="gain_by_diameter", channel=self.name)
         if (self.lowest_k is None) != (self.highest_k is None):
-            place = Place(key="lowest_k, highest_k", channel=self.name)
-            raise ConfigurationError("half_range", place=place)
+            raise ConfigurationError("half_range", key="lowest_k, highest_k", channel=self.name)
         if self.lowest_k is not None and self.highest_k is not None:
             require_range("lowest_k", self.lowest_k, -1e6, 1e6, self.name)
             require_range("highest_k", self.highest_k, self.lowest_k, 1e6, self.name)
@@ -159,7 +155,7 @@ class Output:
     def __post_init__(self) -> None:
         """Check name and parts."""
         if not self.name:
-            raise ConfigurationError("output_without_name", place=Place(key="name"))
+            raise ConfigurationError("output_without_name", key="name")
         require_count("parts", len(self.parts), 1, MOST_PARTS, self.name)
         require_unique("parts", [part.name for part in self.parts], self.name)
         require_range("offset_um", self.offset_um, -1e6, 1e6, self.name)
@@ -249,7 +245,7 @@ class Provenance:
         """Check and freeze the figures."""
         for name, value in self.figures.items():
             if not math.isfinite(value):
-                raise ConfigurationError("not_finite", place=Place(key=f"figures.{name}"))
+                raise ConfigurationError("not_finite", key=f"figures.{name}")
         object.__setattr__(self, "figures", MappingProxyType(dict(self.figures)))
 
     @property
@@ -309,13 +305,7 @@ class CompensationModel:
         require_range("input_filter_s", self.input_filter_s, 0.0, 86400.0)
         require_positive("longest_gap_s", self.longest_gap_s, 1e8)
         require_range("longest_hold_s", self.longest_hold_s, 0.0, 1e6)
-        if self.reference not in {START, STATED}:
-            raise ConfigurationError(
-                "unknown_choice",
-                name=self.reference,
-                known=(START, STATED),
-                place=Place(key="reference"),
-            )
+        require_known("reference", [self.reference], (START, STATED), "unknown_choice")
         used: dict[str, None] = {}
         for output in self.outputs:
             for part in output.parts:
@@ -329,5 +319,4 @@ class CompensationModel:
             require_range("reference_c", value, -1e6, 1e6, channel)
         lacking = tuple(channel for channel in used if channel not in self.reference_c)
         if self.reference == STATED and lacking:
-            place = Place(key="reference_c")
-            raise ConfigurationError("reference_missing", names=lacking, place=place)
+            raise ConfigurationError("reference_missing", names=lacking, key="reference_c")

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_positive, require_range
 
 LARGEST_RULE = 1e6
@@ -111,9 +110,8 @@ class SensorRules:
     def __post_init__(self) -> None:
         """Check the numbers."""
         if not -1e6 <= self.lowest_c < self.highest_c <= 1e6:
-            place = Place(key="lowest_c, highest_c")
             raise ConfigurationError(
-                "no_range", lowest=self.lowest_c, highest=self.highest_c, place=place
+                "no_range", lowest=self.lowest_c, highest=self.highest_c, key="lowest_c, highest_c"
             )
         for name in ("largest_rate_k_per_s", "longest_age_s", "largest_difference_k"):
             require_positive(name, getattr(self, name), LARGEST_RULE)

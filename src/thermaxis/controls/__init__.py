@@ -6,7 +6,6 @@ from functools import cache
 from importlib import import_module
 from importlib.resources import files
 
-from thermaxis.codes import Place
 from thermaxis.controls._control import (
     LARGEST_TABLE_BYTES,
     TRAVEL_UNSTATED,
@@ -27,7 +26,7 @@ from thermaxis.controls._control import (
     comment_text,
     finding,
 )
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import require_known
 
 __all__ = [
     "LARGEST_TABLE_BYTES",
@@ -83,10 +82,7 @@ def control_names() -> tuple[str, ...]:
 
 def control_by_name(name: str) -> Control:
     """Return a control."""
-    if name not in _modules():
-        raise ConfigurationError(
-            "unknown_choice", name=name, known=control_names(), place=Place(key="--control")
-        )
+    require_known("--control", [name], control_names(), "unknown_choice")
     control = import_module(f"{__name__}.{_modules()[name]}").CONTROL
     if not isinstance(control, Control):
         raise TypeError(f"{control!r} is no Control")

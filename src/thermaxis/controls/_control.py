@@ -413,11 +413,7 @@ def number_option(options: Mapping[str, str], name: str, *, lowest: float, highe
         number = float("nan")
     if not lowest <= number <= highest:
         raise ConfigurationError(
-            "outside_range",
-            value=options[name],
-            least=lowest,
-            most=highest,
-            place=Place(key=f"--set {name}"),
+            "outside_range", value=options[name], least=lowest, most=highest, key=f"--set {name}"
         )
     return number
 
@@ -426,7 +422,7 @@ def whole_option(options: Mapping[str, str], name: str, *, lowest: int, highest:
     """Return the value of an option that is a whole number."""
     number = number_option(options, name, lowest=lowest, highest=highest)
     if not number.is_integer():
-        raise ConfigurationError("not_whole_number", value=number, place=Place(key=f"--set {name}"))
+        raise ConfigurationError("not_whole_number", value=number, key=f"--set {name}")
     return int(number)
 
 
@@ -435,7 +431,7 @@ def axis_letter(name: str, letters: str) -> str:
     letter = name.upper()
     if len(letter) != 1 or letter not in letters:
         raise ConfigurationError(
-            "unknown_axis", name=name, known=tuple(sorted(letters)), place=Place(key="--axis")
+            "unknown_axis", name=name, known=tuple(sorted(letters)), key="--axis"
         )
     return letter
 
@@ -467,7 +463,7 @@ def check_size(content: str | bytes, path: str) -> None:
             "file_too_large",
             size_mb=round(len(content) / 1e6, 1),
             most_mb=LARGEST_TABLE_BYTES / 1e6,
-            place=Place(path),
+            file=path,
         )
 
 
@@ -501,13 +497,9 @@ def check_points(table: "CompensationTable", rule: GridRule, title: str) -> None
     k = table.position.size
     if rule.most_points is not None and k > rule.most_points:
         raise ConfigurationError(
-            "too_many_table_points",
-            points=k,
-            control=title,
-            most=rule.most_points,
-            place=Place(key="points"),
+            "too_many_table_points", points=k, control=title, most=rule.most_points, key="points"
         )
     if rule.equidistant and table.step is None:
-        raise ConfigurationError("points_not_equidistant", place=Place(key="points"))
+        raise ConfigurationError("points_not_equidistant", key="points")
     if table.per_direction and not rule.per_direction:
-        raise ConfigurationError("one_value_per_point", control=title, place=Place(key="backlash"))
+        raise ConfigurationError("one_value_per_point", control=title, key="backlash")

@@ -73,12 +73,12 @@ def _check(request: HeatingRequest, switches: "list[SourceSwitch]") -> None:
     if ends:
         check_travel(ends, request.travel, "mm", "heating_beyond_travel")
     if any(abs(end) > _LARGEST_POSITION_MM for end in ends):
-        place = Place(key="switch.from_mm")
-        raise ConfigurationError("position_too_large", largest=_LARGEST_POSITION_MM, place=place)
+        raise ConfigurationError(
+            "position_too_large", largest=_LARGEST_POSITION_MM, key="switch.from_mm"
+        )
     for name, value in request.options.items():
         if _NAME.fullmatch(value) is None:
-            place = Place(key=f"--set {name}")
-            raise ConfigurationError("program_name_unfit", name=value, place=place)
+            raise ConfigurationError("program_name_unfit", name=value, key=f"--set {name}")
     if "program_number" in request.options:
         whole_option(request.options, "program_number", lowest=1, highest=_HIGHEST_PROGRAM)
 
@@ -120,17 +120,22 @@ def _waited(
     pairs = zip(switches, step.levels, strict=True)
     moving = [(switch, feed) for switch, feed in pairs if switch.kind == "axis" and feed]
     if len(moving) > 1:
-        raise ConfigurationError("axes_together", place=Place(key="blocks"))
+        raise ConfigurationError("axes_together", key="blocks")
     for switch, feed in moving:
         axis = axis_letter(switch.axis, "XYZABCUVW")
         from_mm, to_mm = switch.ends_mm
         round_s = 120.0 * abs(to_mm - from_mm) / feed
         times = int(left_s / round_s)
         if times < 1:
-            raise ConfigurationError("feed_too_slow", round_s=round_s, place=Place(key="levels"))
+            raise ConfigurationError("feed_too_slow", round_s=round_s, key="levels")
         if times > LARGEST_REPETITIONS:
-            values = {"repetitions": times, "block": f"step {number}", "most": LARGEST_REPETITIONS}
-            raise ConfigurationError("too_many_repetitions", place=Place(key="switch"), **values)
+            raise ConfigurationError(
+                "too_many_repetitions",
+                repetitions=times,
+                block=f"step {number}",
+                most=LARGEST_REPETITIONS,
+                key="switch",
+            )
         values = {"number": number, "times": times, "more": times - 1}
         before, after = words.loop if times > 1 else ((), ())
         yield from (line.format(**values) for line in before)

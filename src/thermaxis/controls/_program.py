@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
-from thermaxis.codes import Place
 from thermaxis.controls._control import (
     TRAVEL_UNSTATED,
     ProgramRequest,
@@ -59,9 +58,7 @@ def inward_positions(block: MoveBlock, decimals: int) -> tuple[float, ...]:
             inner = math.floor(count + slack) / scale
             kept = inner > round(neighbour.position, decimals)
         if not kept:
-            raise ConfigurationError(
-                "overrun_too_short", decimals=decimals, place=Place(key="overrun")
-            )
+            raise ConfigurationError("overrun_too_short", decimals=decimals, key="overrun")
         rounded.append(inner)
     return tuple(rounded)
 
@@ -71,12 +68,10 @@ def feed_word(plan: TestPlan, *, decimals: int = FINEST_DECIMALS, largest: float
     text = plain_number(plan.feed, decimals).rstrip("0").rstrip(".")
     unit = f"{plan.kind.units.position}/min"
     if not float(text) > 0:
-        raise ConfigurationError(
-            "feed_too_small", feed=plan.feed, unit=unit, place=Place(key="feed")
-        )
+        raise ConfigurationError("feed_too_small", feed=plan.feed, unit=unit, key="feed")
     if float(text) > largest:
         raise ConfigurationError(
-            "feed_too_large", feed=plan.feed, largest=largest, unit=unit, place=Place(key="feed")
+            "feed_too_large", feed=plan.feed, largest=largest, unit=unit, key="feed"
         )
     return text
 
@@ -93,9 +88,7 @@ def check_motion(request: ProgramRequest, *, largest: float = math.inf) -> None:
     positions = [move.position for block in request.blocks for move in block.moves]
     if math.isfinite(largest):
         if any(abs(position) > largest for position in positions):
-            raise ConfigurationError(
-                "position_too_large", largest=largest, place=Place(key="targets")
-            )
+            raise ConfigurationError("position_too_large", largest=largest, key="targets")
         for block in request.blocks:
             if block.repetitions > LARGEST_REPETITIONS:
                 raise ConfigurationError(
@@ -103,7 +96,7 @@ def check_motion(request: ProgramRequest, *, largest: float = math.inf) -> None:
                     repetitions=block.repetitions,
                     block=block.name,
                     most=LARGEST_REPETITIONS,
-                    place=Place(key="cycles, --warm-up"),
+                    key="cycles, --warm-up",
                 )
     plan = request.plan
     places = (plan.lowest, plan.highest, *positions)
@@ -123,7 +116,7 @@ def check_travel(
     if lowest < low or highest > high:
         raise ConfigurationError(
             code,
-            place=Place(key="--travel"),
+            key="--travel",
             lowest=lowest,
             highest=highest,
             excess=max(low - lowest, highest - high),
@@ -141,7 +134,7 @@ def check_dwell(plan: TestPlan, longest_s: float, word: str) -> None:
             stop_s=stop_time_s(plan),
             longest_s=longest_s,
             word=word,
-            place=Place(key="dwell_s"),
+            key="dwell_s",
         )
 
 

@@ -1,9 +1,8 @@
 """What the touch programs of all controls share: the checks of their way, and their head."""
 
-from thermaxis.codes import Place
 from thermaxis.controls._control import TouchRequest, comment_text
 from thermaxis.controls._program import check_travel, travel_line
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_range
 
 NEAR_MM = 0.05
 """A reading so near to an end of the search is no touch, where the control does not say so. [mm]"""
@@ -30,10 +29,7 @@ def touch_head(
         ("--every", t.pause_s, 0.0, longest_pause_s),
         ("--from", start, -_LARGEST_POSITION_MM, _LARGEST_POSITION_MM),
     ):
-        if not least <= value <= most:
-            raise ConfigurationError(
-                "outside_range", value=value, least=least, most=most, place=Place(key=option)
-            )
+        require_range(option, value, least, most)
     ahead, behind = (round(abs(surface - place), 3) for place in (start, end))
     if not (min(ahead, behind) >= _LEAST_WAY_MM and ahead < t.search_mm):
         raise ConfigurationError(
@@ -42,7 +38,7 @@ def touch_head(
             start_mm=start,
             end_mm=end,
             least_mm=_LEAST_WAY_MM,
-            place=Place(key="--touch"),
+            key="--touch",
         )
     check_travel((start, end), t.travel, "mm")
     lines = (

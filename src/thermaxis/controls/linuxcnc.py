@@ -197,9 +197,7 @@ class LinuxCnc(Control):
         length = unit / table.kind.units.deviations_per_position
         nominal = np.round(table.position / length, decimals)
         if bool(np.any(np.diff(nominal) <= 0)):
-            raise ConfigurationError(
-                "points_fall_together", decimals=decimals, place=Place(key="points")
-            )
+            raise ConfigurationError("points_fall_together", decimals=decimals, key="points")
         half = 0.0 if table.backlash is None else 0.5 * table.backlash
         deviation = (table.deviation + np.array([half, -half])) / unit
         values = nominal[:, np.newaxis] + deviation if _type(options) == "0" else -deviation
@@ -301,7 +299,7 @@ def _read_rows(lines: list[str], path: str) -> tuple[list[_Row], list[Message]]:
     if not rows:
         marked = lines[0].startswith(BYTE_ORDER_MARKS)
         raise MeasurementFileError(
-            "byte_order_mark" if marked else "first_line_no_triplet", place=Place(path, 1)
+            "byte_order_mark" if marked else "first_line_no_triplet", file=path, line=1
         )
     return rows, findings
 
@@ -314,14 +312,13 @@ def _check_length(line: str, number: int, path: str, *, ended: bool) -> None:
     raise MeasurementFileError(
         "line_ended_by_return" if returns else "table_line_too_long",
         most=LONGEST_LINE,
-        place=Place(path, number),
+        file=path,
+        line=number,
     )
 
 
 def _not_finite(path: str, line: int) -> MeasurementFileError:
-    return MeasurementFileError(
-        "number_not_loadable", largest=LARGEST_NUMBER, place=Place(path, line)
-    )
+    return MeasurementFileError("number_not_loadable", largest=LARGEST_NUMBER, file=path, line=line)
 
 
 def _stopped(lines: list[str], number: int, read: int, path: str) -> list[Message]:
@@ -342,7 +339,7 @@ def _behind(rest: str, number: int, path: str) -> list[Message]:
     returns = "\r" in rest.rstrip()
     rest = rest.strip()
     if re.match(r",\s*[0-9]", rest):
-        raise MeasurementFileError("table_decimal_comma", text=rest, place=Place(path, number))
+        raise MeasurementFileError("table_decimal_comma", text=rest, file=path, line=number)
     if not rest:
         return []
     code = "passed_over_by_return" if returns else "passed_over"
@@ -356,18 +353,20 @@ def _check_rows(rows: list[_Row], path: str) -> None:
                 "position_not_rising",
                 position=row.nominal,
                 before=before.nominal,
-                place=Place(path, row.line),
+                file=path,
+                line=row.line,
             )
         if row.nominal - before.nominal < NEAREST:
             raise MeasurementFileError(
                 "positions_too_near",
                 position=row.nominal,
                 nearest=NEAREST,
-                place=Place(path, row.line),
+                file=path,
+                line=row.line,
             )
     if len(rows) > MOST_POINTS:
         raise MeasurementFileError(
-            "too_many_rows", most=MOST_POINTS, place=Place(path, rows[MOST_POINTS].line)
+            "too_many_rows", most=MOST_POINTS, file=path, line=rows[MOST_POINTS].line
         )
 
 
@@ -379,7 +378,7 @@ def _check_type(position: FloatArray, value: FloatArray, path: str, stated: str)
     if position.size < 2 or right <= _WRONG_TYPE_FACTOR * wrong:
         return
     other = "1" if stated == "0" else "0"
-    raise MeasurementFileError("other_table_type", stated=stated, other=other, place=Place(path))
+    raise MeasurementFileError("other_table_type", stated=stated, other=other, file=path)
 
 
 def _typing_errors(

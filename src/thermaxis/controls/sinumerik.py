@@ -282,9 +282,7 @@ def _decimals(kind: AxisKind) -> int:
 def _axis_name(axis: str) -> str:
     name = axis.upper()
     if _AXIS.fullmatch(name) is None:
-        raise ConfigurationError(
-            "axis_name_unfit", name=axis, control="SINUMERIK", place=Place(key="--axis")
-        )
+        raise ConfigurationError("axis_name_unfit", name=axis, control="SINUMERIK", key="--axis")
     return name
 
 
@@ -299,10 +297,7 @@ def _machine_axis(options: Mapping[str, str], axis: str) -> str:
     name = stated.upper()
     if _ANY_AXIS.fullmatch(name) is None:
         raise ConfigurationError(
-            "axis_name_unfit",
-            name=stated,
-            control="SINUMERIK",
-            place=Place(key="--set machine_axis"),
+            "axis_name_unfit", name=stated, control="SINUMERIK", key="--set machine_axis"
         )
     return name
 
@@ -320,7 +315,7 @@ def _stations(table: CompensationTable) -> tuple[Decimal, Decimal, Decimal]:
     """Return STEP, MIN and MAX as written, so that MAX is exactly MIN + N * STEP."""
     count = table.position.size - 1
     if count < 1:
-        raise ConfigurationError("too_few_table_points", place=Place(key="points"))
+        raise ConfigurationError("too_few_table_points", key="points")
     first, last = float(table.position[0]), float(table.position[-1])
     step = Decimal(plain_number((last - first) / count, _STATION_DECIMALS)).normalize()
     low = Decimal(plain_number(first, _STATION_DECIMALS)).normalize()
@@ -333,7 +328,7 @@ def _stations(table: CompensationTable) -> tuple[Decimal, Decimal, Decimal]:
             decimals=_STATION_DECIMALS,
             off=off,
             unit=table.kind.units.position,
-            place=Place(key="points"),
+            key="points",
         )
     return _plain(step), _plain(low), _plain(high)
 
@@ -345,11 +340,9 @@ def _plain(number: Decimal) -> Decimal:
 
 def _check_turn(kind: AxisKind, low: Decimal, high: Decimal) -> None:
     if kind is not AxisKind.ROTARY:
-        raise ConfigurationError("modulo_of_linear_axis", place=Place(key="--set modulo"))
+        raise ConfigurationError("modulo_of_linear_axis", key="--set modulo")
     if abs(float(high - low) - TURN_DEG) > 1e-9:
-        raise ConfigurationError(
-            "turn_not_covered", span_deg=float(high - low), place=Place(key="--set modulo")
-        )
+        raise ConfigurationError("turn_not_covered", span_deg=float(high - low), key="--set modulo")
 
 
 def _assignments(table: CompensationTable, axis: str, enc: str) -> Iterator[str]:
@@ -437,10 +430,10 @@ class _Section:
         if missing is not None:
             following = min(i for i in self.values if i > missing)
             raise MeasurementFileError(
-                "table_point_missing", point=missing, place=Place(path, self.values[following].line)
+                "table_point_missing", point=missing, file=path, line=self.values[following].line
             )
         if count < 2:
-            raise MeasurementFileError("table_of_one_point", place=Place(path, self.line))
+            raise MeasurementFileError("table_of_one_point", file=path, line=self.line)
 
     def first_and_step(self, path: str) -> tuple[float, float]:
         """Return MIN and STEP; they must lead to MAX within the digits written."""
@@ -450,12 +443,13 @@ class _Section:
                     "assignment_missing",
                     name=f"$AA_ENC_COMP_{name}",
                     axis=self.axis,
-                    place=Place(path, self.line),
+                    file=path,
+                    line=self.line,
                 )
         step, low, high = (self.scalars[name].number(path) for name in ("STEP", "MIN", "MAX"))
         if step <= 0:
             raise MeasurementFileError(
-                "not_positive", value=step, place=Place(path, self.scalars["STEP"].line, "STEP")
+                "not_positive", value=step, file=path, line=self.scalars["STEP"].line, column="STEP"
             )
         steps = len(self.values) - 1
         off = low + steps * step - high
@@ -465,7 +459,9 @@ class _Section:
                 steps=steps,
                 reached=low + steps * step,
                 off=abs(off),
-                place=Place(path, self.scalars["MAX"].line, "MAX"),
+                file=path,
+                line=self.scalars["MAX"].line,
+                column="MAX",
             )
         return low, step
 
@@ -534,7 +530,7 @@ def _split(lines: list[str], path: str) -> tuple[list[_Section], list[Message]]:
 
 
 def _malformed(line: str, number: int, path: str) -> MeasurementFileError:
-    return MeasurementFileError("no_assignment", text=line.strip(), place=Place(path, number))
+    return MeasurementFileError("no_assignment", text=line.strip(), file=path, line=number)
 
 
 def _take(
@@ -566,7 +562,7 @@ def _take(
 
 def _take_value(section: _Section, index: str, value: _Value, path: str) -> None:
     if re.fullmatch(r"[0-9]{1,6}", index) is None or int(index) >= MOST_POINTS:
-        raise MeasurementFileError("no_point_index", text=index, place=Place(path, value.line))
+        raise MeasurementFileError("no_point_index", text=index, file=path, line=value.line)
     before = section.values.get(int(index))
     if before is not None:
         section.repeated.append(
@@ -577,7 +573,7 @@ def _take_value(section: _Section, index: str, value: _Value, path: str) -> None
 
 def _choose(tables: list[_Section], options: Mapping[str, str], path: str) -> _Section:
     if not tables:
-        raise MeasurementFileError("no_encoder_table", place=Place(path))
+        raise MeasurementFileError("no_encoder_table", file=path)
     if options.get("table", "none") == "none":
         if len(tables) == 1:
             return tables[0]
@@ -587,6 +583,6 @@ def _choose(tables: list[_Section], options: Mapping[str, str], path: str) -> _S
             for number, section in enumerate(tables[:_NAMED], start=1)
         )
         raise MeasurementFileError(
-            "several_tables", tables=tuple(listed), count=len(tables), place=Place(path)
+            "several_tables", tables=tuple(listed), count=len(tables), file=path
         )
     return tables[whole_option(options, "table", lowest=1, highest=len(tables)) - 1]

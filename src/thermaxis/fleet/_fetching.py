@@ -132,7 +132,7 @@ def _brought(
     path = _path(folder, wanted.sha256)
     model = parse_model(wanted.content, name=path.name)
     if model_sha256(model) != wanted.sha256:
-        raise ConfigurationError("hash_mismatch", place=Place(path.name, key="sha256"))
+        raise ConfigurationError("hash_mismatch", file=path.name, key="sha256")
     try:
         configuration.rules.applied_to(model)
     except ConfigurationError as error:  # it does not fit the machine

@@ -20,7 +20,6 @@ import fsspec.core
 import polars as pl
 from fsspec.implementations.local import LocalFileSystem
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError, ThermaxisError
 from thermaxis.runtime.history import Part, machine_folder, printable_cause, unjoined
 
@@ -51,13 +50,12 @@ class Lake:
         try:
             found = _opened(target)
         except (ImportError, ValueError) as error:
-            place = Place(target)
-            raise ConfigurationError("lake_protocol", cause=str(error), place=place) from error
+            raise ConfigurationError("lake_protocol", cause=str(error), file=target) from error
         self._fs, self._root = found
         self._fs.invalidate_cache()  # others write there, too
         if isinstance(self._fs, LocalFileSystem) and not Path(self._root).is_dir():
             # a disk that is not mounted is not begun anew
-            raise ConfigurationError("folder_not_found", place=Place(target))
+            raise ConfigurationError("folder_not_found", file=target)
 
     def sums(self, folder: str, part: Part) -> dict[str, str]:
         """Return the sums of a part by file, empty where it is not there."""
@@ -132,7 +130,7 @@ class Lake:
     def _confirm(self, other: str, total: str, path: str) -> None:
         with self._fs.open(other, "rb") as stream:
             if hashlib.file_digest(stream, "sha256").hexdigest() != total:
-                raise DataError("lake_not_read_back", place=Place(f"{self.where}/{path}"))
+                raise DataError("lake_not_read_back", file=f"{self.where}/{path}")
 
     def days(self, machine: str) -> list[date]:
         """Return the days of a machine that have parts, the earliest first."""
@@ -197,7 +195,7 @@ class Lake:
         except FileNotFoundError:
             content = b""
         if hashlib.sha256(content).hexdigest() != self.sums(folder, part).get(name):
-            raise DataError("lake_damaged", place=Place(f"{self.where}/{folder}/{name}"))
+            raise DataError("lake_damaged", file=f"{self.where}/{folder}/{name}")
         return pl.read_parquet(io.BytesIO(content))
 
     @contextmanager
@@ -207,9 +205,8 @@ class Lake:
         except (FileNotFoundError, ThermaxisError):
             raise
         except Exception as error:  # of botocore no error is an OSError
-            place = Place(f"{self.where}/{path}")
             raise DataError(
-                "lake_out_of_reach", cause=printable_cause(error), place=place
+                "lake_out_of_reach", cause=printable_cause(error), file=f"{self.where}/{path}"
             ) from error
 
 

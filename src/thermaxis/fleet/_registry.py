@@ -360,8 +360,9 @@ class Registry:
         with self._asked() as connection:
             now_called = _renamed(connection).get(machine.name)
             if now_called is not None:
-                values = {"name": machine.name, "other": now_called}
-                raise ConfigurationError("machine_renamed", place=self._place, **values)
+                raise ConfigurationError(
+                    "machine_renamed", name=machine.name, other=now_called, place=self._place
+                )
             row = {"name": machine.name, "added_utc": now, **changed}
             new = _inserted(connection, _machines, [row]) == 1
             own = sa.select(_machines).where(_machines.c.name == machine.name)
@@ -404,8 +405,9 @@ class Registry:
             names: Sequence[str] = connection.execute(query).scalars().all()
         others = {renamed.get(name, name) for name in names}
         if others and known.name not in others and told.model_sha256 not in known_as:
-            values = {"name": machine, "other": min(others)}
-            raise ConfigurationError("model_of_other_machine", place=self._place, **values)
+            raise ConfigurationError(
+                "model_of_other_machine", name=machine, other=min(others), place=self._place
+            )
         self.add(told, known_as.get(told.model_sha256) or IN_FORCE)
         return known.model_sha256
 
@@ -430,8 +432,9 @@ class Registry:
             ids = {row.name: row.id for row in connection.execute(every)}
             third = _renamed(connection).get(name, former)
             if third != former:
-                values = {"name": name, "other": third}
-                raise ConfigurationError("machine_renamed", place=self._place, **values)
+                raise ConfigurationError(
+                    "machine_renamed", name=name, other=third, place=self._place
+                )
             merged = name in ids
             if not merged:
                 connection.execute(sa.update(_machines).where(c.name == former).values(name=name))
@@ -465,8 +468,10 @@ class Registry:
             missing = sorted({*names} - {row.name for row in rows})
             if missing:
                 every = connection.execute(sa.select(c.name).where(_alive()).order_by(c.name))
-                values = {"name": missing[0], "known": ", ".join(every.scalars()) or "none"}
-                raise ConfigurationError("unknown_name", place=self._place, **values)
+                registered = ", ".join(every.scalars()) or "none"
+                raise ConfigurationError(
+                    "unknown_name", name=missing[0], known=registered, place=self._place
+                )
         formerly: dict[str, list[str]] = {}
         for former, name in renamed.items():
             formerly.setdefault(name, []).append(former)
@@ -796,8 +801,7 @@ class Registry:
         if machine_id is None:
             self.machines([name])  # says which are known
         if renamed.get(owner, owner) != name:
-            place = Place(run.name)
-            raise ConfigurationError("run_of_other_machine", name=owner, place=place)
+            raise ConfigurationError("run_of_other_machine", name=owner, file=run.name)
         return new
 
     def axis_runs(self, machine: str, sha256: str | None = None) -> list[AxisRun]:
@@ -958,9 +962,9 @@ def _renamed(connection: sa.Connection) -> dict[str, str]:
 def _checked(url: str, *, made: bool) -> Place:
     path = check_url(url, key="REGISTRY")
     if made and path is not None and not path.is_file():
-        raise ConfigurationError("registry_not_found", place=Place(str(path)))
+        raise ConfigurationError("registry_not_found", file=path)
     if path is not None and not path.absolute().parent.is_dir():
-        raise ConfigurationError("folder_not_found", place=Place(str(path.parent)))
+        raise ConfigurationError("folder_not_found", file=path.parent)
     return Place(str(path or url))
 
 

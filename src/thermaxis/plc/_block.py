@@ -104,10 +104,10 @@ class Block:
     def __post_init__(self) -> None:
         """Check the line and every number."""
         if self.line is not None and self.model_only:
-            raise ConfigurationError("no_line_in_model_only", place=Place(key="--model-only"))
+            raise ConfigurationError("no_line_in_model_only", key="--model-only")
         positions = () if self.line is None else self.line.positions_mm
         if self.line is not None and len(positions) != len(self.settings.compensation.bounds):
-            raise ConfigurationError("one_position_per_output", place=Place(key="--at"))
+            raise ConfigurationError("one_position_per_output", key="--at")
         object.__setattr__(self, "_context", self._made())
 
     @property
@@ -163,7 +163,7 @@ class Block:
         S7-SCL V5.3 for S7-300/400, A5E00290611-01, chapters 7 and 9: elementary types, constants.
         """
         if cpu == "s7-300" and self.settings.double:
-            raise ConfigurationError("no_lreal_in_cpu", place=Place(key="--real"))
+            raise ConfigurationError("no_lreal_in_cpu", key="--real")
         return {f"{name}.scl": scl_text(text, cpu) for name, text in self._texts().items()}
 
     def c(self) -> dict[str, str]:

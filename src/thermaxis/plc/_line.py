@@ -14,7 +14,6 @@ from itertools import pairwise
 from math import nextafter
 from typing import final
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_positive, require_range
 from thermaxis.plc._numbers import outward_text, stored
 from thermaxis.plc._settings import PlcSettings
@@ -62,7 +61,7 @@ class LineSettings:
     def __post_init__(self) -> None:
         positions = self.positions_mm
         if len(positions) < _LEAST_POSITIONS:
-            raise ConfigurationError("too_few_positions", place=Place(key="--at"))
+            raise ConfigurationError("too_few_positions", key="--at")
         stated = [("--at", position) for position in positions]
         if self.reference_mm is not None:
             stated.append(("--reference-position", self.reference_mm))
@@ -151,10 +150,7 @@ class LineSettings:
         k0_mm, slope = self.reach(totals_um)
         if slope > self.velocity_factor:
             raise ConfigurationError(
-                "slope_too_large",
-                slope=slope,
-                largest=self.velocity_factor,
-                place=Place(key="slope"),
+                "slope_too_large", slope=slope, largest=self.velocity_factor, key="slope"
             )
         return k0_mm, slope
 
@@ -167,9 +163,7 @@ def um_per_mm(*, away: bool) -> float:
 def require_apart(positions_mm: Sequence[float]) -> None:
     """Refuse positions that are too close together for a line."""
     if any(b - a < CLOSEST_MM for a, b in pairwise(sorted(positions_mm))):
-        raise ConfigurationError(
-            "positions_too_close", closest_mm=CLOSEST_MM, place=Place(key="--at")
-        )
+        raise ConfigurationError("positions_too_close", closest_mm=CLOSEST_MM, key="--at")
 
 
 def line_bounds(settings: PlcSettings, line: LineSettings) -> tuple[str, str]:

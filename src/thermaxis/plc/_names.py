@@ -62,13 +62,9 @@ def _block_name(name: str) -> str:
     texts = (f"{LIBRARY}.st", f"{LIBRARY}.h", f"{TOUCH}.st", f"{TOUCH}.h", f"{SINUMERIK}.st")
     library = "".join(map(library_file, texts))
     if re.search(rf"\b{PREFIX}{stem}\b", library):
-        raise ConfigurationError(
-            "block_name_taken", name=f"{PREFIX}{stem}", place=Place(key="name")
-        )
+        raise ConfigurationError("block_name_taken", name=f"{PREFIX}{stem}", key="name")
     if stem.endswith(_TAKEN_ENDINGS):
-        raise ConfigurationError(
-            "block_name_ending", endings=_TAKEN_ENDINGS, place=Place(key="name")
-        )
+        raise ConfigurationError("block_name_ending", endings=_TAKEN_ENDINGS, key="name")
     return PREFIX + stem
 
 

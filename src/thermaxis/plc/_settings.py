@@ -72,12 +72,12 @@ class PlcSettings:
         compensation = self.compensation
         model = compensation.model
         if compensation.redundant:
-            raise ConfigurationError("no_redundant_in_block", place=Place(key="redundant"))
+            raise ConfigurationError("no_redundant_in_block", key="redundant")
         if any(own.oldest_s for own in compensation.touches.values()):
-            raise ConfigurationError("no_oldest_touch_in_block", place=Place(key="oldest_s"))
+            raise ConfigurationError("no_oldest_touch_in_block", key="oldest_s")
         if compensation.interlocks != (INTERLOCK,):
             raise ConfigurationError(
-                "one_interlock_in_block", interlock=INTERLOCK, place=Place(key="interlocks")
+                "one_interlock_in_block", interlock=INTERLOCK, key="interlocks"
             )
         layout = model.layout
         for key, counted in (
@@ -91,10 +91,10 @@ class PlcSettings:
             _require_delay(part, compensation.cycle_s)
         if model.longest_gap_s < LONGEST_STEP_CYCLES * self.cycle_s:
             raise ConfigurationError(
-                "gap_within_cycle", gap_s=model.longest_gap_s, place=Place(key="longest_gap_s")
+                "gap_within_cycle", gap_s=model.longest_gap_s, key="longest_gap_s"
             )
         if self.model_sha256 and not _HASH.fullmatch(self.model_sha256):
-            raise ConfigurationError("no_sha256", place=Place(key="model_sha256"))
+            raise ConfigurationError("no_sha256", key="model_sha256")
         object.__setattr__(self, "names", names_of(model, self.name, compensation.judged))
         _require_apart(self)
         if not self.double:
@@ -202,14 +202,21 @@ def _in_cycles(part: Part, cycle_s: float, notes: list[Message]) -> Part:
 
 def _require_delay(part: Part, cycle_s: float) -> None:
     cycles = part.delay_s / cycle_s
-    place = Place(key="parts", channel=part.name)
     if cycles > LONGEST_DELAY_CYCLES:
         raise ConfigurationError(
-            "delay_too_long", cycles=round(cycles), most=LONGEST_DELAY_CYCLES, place=place
+            "delay_too_long",
+            cycles=round(cycles),
+            most=LONGEST_DELAY_CYCLES,
+            key="parts",
+            channel=part.name,
         )
     if part.delay_s != round(cycles) * cycle_s:
         raise ConfigurationError(
-            "delay_no_whole_cycles", delay_s=part.delay_s, cycle_s=cycle_s, place=place
+            "delay_no_whole_cycles",
+            delay_s=part.delay_s,
+            cycle_s=cycle_s,
+            key="parts",
+            channel=part.name,
         )
 
 
@@ -233,7 +240,7 @@ def _require_counted(settings: PlcSettings) -> None:
             cycle_s=cycle_s,
             parts=COUNTED_PER_S,
             nearest_s=nearest_s,
-            place=Place(key="cycle_s"),
+            key="cycle_s",
         )
     whole, parts = cycle_s.as_integer_ratio()
     longest_s = 2**24 * (whole & -whole) / parts
@@ -270,7 +277,8 @@ def _require_rates(settings: PlcSettings) -> None:
                 step_um=step_um,
                 total_um=bounds.total_um,
                 least_um=LEAST_STEP_ULPS * ulp_um,
-                place=Place(key="largest_rate_um_per_s", channel=name),
+                key="largest_rate_um_per_s",
+                channel=name,
             )
 
 

@@ -72,10 +72,10 @@ class CompensationTable:
         place = Place(key="deviation")
         require_shape(deviation, f"({k}, 2)", place, fits=deviation.shape == (k, 2))
         if not bool(np.all(np.isfinite(position))) or bool(np.any(np.diff(position) <= 0)):
-            raise DataError("not_rising", place=Place(key="position"))
+            raise DataError("not_rising", key="position")
         finite = self.backlash is None or bool(np.isfinite(self.backlash))
         if not bool(np.all(np.isfinite(deviation))) or not finite:
-            raise DataError("not_finite", place=Place(key="deviation, backlash"))
+            raise DataError("not_finite", key="deviation, backlash")
         object.__setattr__(self, "position", position)
         object.__setattr__(self, "deviation", deviation)
         freeze_arrays(self)
@@ -216,9 +216,7 @@ def table_points(
         If both are stated, a number is out of its range, or points would fall together.
     """
     if points is not None and spacing is not None:
-        raise ConfigurationError(
-            "only_one_of", names=("points", "spacing"), place=Place(key="points, spacing")
-        )
+        raise ConfigurationError("only_one_of", names=("points", "spacing"), key="points, spacing")
     first, last = float(target[0]), float(target[-1])
     if spacing is None:
         points = target.size if points is None else points
@@ -231,7 +229,7 @@ def table_points(
     require_positive("spacing", spacing, 1e6)
     step = round(spacing, decimals)
     if step <= 0:
-        raise ConfigurationError("points_too_near", decimals=decimals, place=Place(key="spacing"))
+        raise ConfigurationError("points_too_near", decimals=decimals, key="spacing")
     start = round(first, decimals)
     if through is not None:
         start = round(through + step * np.floor((first - through) / step + 1e-9), decimals)
@@ -241,9 +239,7 @@ def table_points(
     else:
         count = int(np.ceil((last - start - rounding) / step)) + 1
     if count > MOST_POINTS:
-        raise ConfigurationError(
-            "too_many_points", count=count, most=MOST_POINTS, place=Place(key="spacing")
-        )
+        raise ConfigurationError("too_many_points", count=count, most=MOST_POINTS, key="spacing")
     position: FloatArray = start + step * np.arange(max(count, 2), dtype=np.float64)
     return np.round(position, decimals + 2)
 

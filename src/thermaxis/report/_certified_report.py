@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import day_of
 from thermaxis.report._moments import ReadHead, in_file
@@ -41,9 +41,7 @@ class CertifiedReport(ABC):
         try:
             dt.date.fromisoformat(self.date)
         except ValueError:
-            raise ConfigurationError(
-                "not_a_date", place=Place(key="date"), text=self.date
-            ) from None
+            raise ConfigurationError("not_a_date", key="date", text=self.date) from None
 
     @property
     @abstractmethod

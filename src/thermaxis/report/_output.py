@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 _DIGITS = 12
@@ -47,7 +46,7 @@ class NumberTable:
 
 def _cannot_write(path: Path, error: OSError) -> ConfigurationError:
     return ConfigurationError(
-        "file_unwritable", place=Place(file=str(path)), cause=error.strerror or type(error).__name__
+        "file_unwritable", file=path, cause=error.strerror or type(error).__name__
     )
 
 
@@ -73,7 +72,7 @@ def write_bytes(path: Path, content: bytes) -> Path:
         If it cannot be written.
     """
     if path.is_fifo() or path.is_socket():
-        raise ConfigurationError("output_is_pipe", place=Place(file=str(path)))
+        raise ConfigurationError("output_is_pipe", file=path)
     try:
         path.write_bytes(content)
     except OSError as error:

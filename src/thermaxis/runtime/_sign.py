@@ -2,8 +2,7 @@
 
 from typing import Final
 
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_known
 
 AWAY: Final = "positive moves the tool away from the workpiece"
 """The machine counts as the correction does."""
@@ -47,12 +46,7 @@ def offset_factor(unit: str, sign: str) -> float:
     ConfigurationError
         If the unit or the sentence is not known.
     """
-    if unit not in OFFSET_UNITS:
-        raise ConfigurationError(
-            "unknown_choice", name=unit, known=tuple(OFFSET_UNITS), place=Place(key="unit")
-        )
+    require_known("unit", [unit], OFFSET_UNITS, "unknown_choice")
     if sign not in SIGNS:
-        raise ConfigurationError(
-            "unknown_sign", sign=sign, away=AWAY, towards=TOWARDS, place=Place(key="sign")
-        )
+        raise ConfigurationError("unknown_sign", sign=sign, away=AWAY, towards=TOWARDS, key="sign")
     return SIGNS[sign] * OFFSET_UNITS[unit]

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from starlette.routing import BaseRoute
 from starlette.types import ASGIApp
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import Clock, MachineConfiguration, ScreenSettings
 from thermaxis.runtime.config import configuration_sha256
@@ -42,7 +41,7 @@ async def serve(
     """
     settings = configuration.screen
     if settings is None:
-        raise ConfigurationError("no_screen", place=Place(file=str(configuration.path)))
+        raise ConfigurationError("no_screen", file=configuration.path)
     parts = ScreenParts(
         configuration=configuration,
         settings=settings,

@@ -38,9 +38,8 @@ def rows_of_inputs(u: FloatArray, inputs: int) -> FloatArray:
     """Return inputs as numbers, one row per sample and one column per input of the model."""
     values = np.asarray(u, dtype=np.float64)
     if values.ndim != 2 or values.shape[1] != inputs or values.shape[0] == 0:
-        place = Place(key="u")
         shape, expected = str(values.shape), f"(n, {inputs})"
-        raise DataError("wrong_shape", shape=shape, expected=expected, place=place)
+        raise DataError("wrong_shape", shape=shape, expected=expected, key="u")
     return values
 
 

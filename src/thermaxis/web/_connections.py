@@ -8,7 +8,6 @@ from typing import Any, Final, Self, final
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 MOST_CONNECTIONS: Final = 200
@@ -59,8 +58,7 @@ class Listener(socket.socket):
         except (OSError, OverflowError) as error:
             listener.close()
             cause = getattr(error, "strerror", None) or str(error)
-            place = Place(file=f"{address}, port {port}")
-            raise ConfigurationError(refusal, cause=cause, place=place) from None
+            raise ConfigurationError(refusal, cause=cause, file=f"{address}, port {port}") from None
         return listener
 
     def accept(self) -> tuple[socket.socket, Any]:

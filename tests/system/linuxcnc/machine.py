@@ -18,6 +18,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -233,7 +234,7 @@ def prepare(
     folder: Path, program: str, job: dict[str, object], tables: Sequence[Table], connections: str
 ) -> None:
     """Write everything that LinuxCNC reads, for the user who will run it."""
-    for name in ("virtual_axis.py", "display.py"):
+    for name in ("virtual_axis.py", "display.py", "panel.py"):
         shutil.copy(FOLDER / name, folder / name)
     (folder / "display.py").chmod(0o755)
     written = {
@@ -373,46 +374,55 @@ net touched comp.0.out => motion.probe-input
 # ---- the life of LinuxCNC -----------------------------------------------------------------------
 
 
-def start_and_wait(
-    folder: Path, limit_s: float, kept: set[tuple[str, int]], logs: set[Path]
-) -> None:
-    """Start LinuxCNC and wait for its end; end it if it takes too long or the test is ended."""
+def surroundings(folder: Path) -> dict[str, Any]:
+    """Return environment and user of LinuxCNC and its programs, for `subprocess`."""
     uid, gid = user()
     other = {} if os.geteuid() != 0 else {"user": uid, "group": gid, "extra_groups": []}
     path = "/usr/sbin:/usr/bin:/sbin:/bin"
-    environment = {"PATH": path, "HOME": str(folder), "LANG": "C"}
+    return {"env": {"PATH": path, "HOME": str(folder), "LANG": "C"}, **other}
+
+
+@contextmanager
+def started(folder: Path, logs: set[Path]) -> Iterator[subprocess.Popen[bytes]]:
+    """Start LinuxCNC; what runs of it in the end is ended, and its new logs go."""
     with (folder / "linuxcnc.log").open("wb") as log:
         linuxcnc = subprocess.Popen(
             ["/usr/bin/linuxcnc", "-r", str(folder / "machine.ini")],
             cwd=folder,
-            env=environment,
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=subprocess.STDOUT,
             start_new_session=True,
-            **other,
+            **surroundings(folder),
         )
+        try:
+            yield linuxcnc
+        finally:
+            if linuxcnc.poll() is None:
+                end(linuxcnc, folder)
+            for log_file in own_logs() - logs:
+                log_file.unlink()
+
+
+def start_and_wait(
+    folder: Path, limit_s: float, kept: set[tuple[str, int]], logs: set[Path]
+) -> None:
+    """Start LinuxCNC and wait for its end; end it if it takes too long or the test is ended."""
+    with started(folder, logs) as linuxcnc:
         try:
             linuxcnc.wait(limit_s + START_AND_STOP_S)
         except subprocess.TimeoutExpired:
             raise RuntimeError(f"LinuxCNC did not end:\n{tail(folder)}") from None
         finally:
             if linuxcnc.poll() is None:
-                end(linuxcnc, folder, environment, other)
+                end(linuxcnc, folder)
                 for kind, number in own_objects() - kept:
                     option = {"shm": "-m", "sem": "-s"}[kind]
                     subprocess.run(["/usr/bin/ipcrm", option, str(number)], check=True)
-                for log_file in own_logs() - logs:
-                    log_file.unlink()
 
 
-def end(
-    linuxcnc: subprocess.Popen[bytes],
-    folder: Path,
-    environment: dict[str, str],
-    other: dict[str, int],
-) -> None:
-    """End what `start_and_wait` started: first its display, which LinuxCNC outlives cleanly."""
+def end(linuxcnc: subprocess.Popen[bytes], folder: Path) -> None:
+    """End what `started` started: first its display, which LinuxCNC outlives cleanly."""
     for number in own_ids(linuxcnc.pid, folder):
         if "display.py" in command_line(number):
             os.kill(number, signal.SIGTERM)
@@ -422,13 +432,8 @@ def end(
         for number in own_ids(linuxcnc.pid, folder):
             os.kill(number, signal.SIGKILL)
         linuxcnc.wait(START_AND_STOP_S)
-        subprocess.run(
-            ["/usr/lib/linuxcnc/realtime", "stop"],
-            env=environment,
-            timeout=START_AND_STOP_S,
-            check=False,
-            **other,
-        )
+        stop = ["/usr/lib/linuxcnc/realtime", "stop"]
+        subprocess.run(stop, timeout=START_AND_STOP_S, check=False, **surroundings(folder))
         RUNNING.unlink(missing_ok=True)  # ours: none was there when we started
 
 

@@ -10,86 +10,50 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import linuxcnc
+from panel import LONGEST_S, PAUSE_S, Operator, RefusedError
 
-PAUSE_S = 0.01
 LIFE_S = 240.0
-LONGEST_S = 30.0
-"""What must come about is waited for so long, also on a slow computer. [s]"""
 
 
-class RefusedError(Exception):
-    """The control said no, or took too long."""
+def obey(operator: Operator, order: dict[str, str]) -> None:
+    """Do what is asked for."""
+    status, command = operator.status, operator.command
+    verb = order["verb"]
+    if verb == "home":
+        operator.switch_on()
+        operator.home()
+    elif verb == "off":
+        command.state(linuxcnc.STATE_OFF)
+        operator.wait("machine off", lambda: status.task_state != linuxcnc.STATE_ON)
+    elif verb == "on":
+        operator.start()
+    elif verb == "unhome":
+        operator.by_hand()
+        command.unhome(int(order["joint"]))
+        operator.wait("unhomed", lambda: not status.homed[int(order["joint"])])
+    elif verb == "move":
+        command.mode(linuxcnc.MODE_MDI)
+        command.wait_complete(LONGEST_S)
+        command.mdi(order["text"])
+        command.wait_complete(LONGEST_S)
+        idle = linuxcnc.INTERP_IDLE
+        operator.wait("end of the move", lambda: status.interp_state == idle and status.inpos)
+    elif verb != "look":
+        raise RefusedError(f"unknown order: {verb}")
 
 
-class Operator:
-    """One person at one control."""
-
-    def __init__(self) -> None:
-        self.command = linuxcnc.command()
-        self.status = linuxcnc.stat()
-        self.messages = linuxcnc.error_channel()
-
-    def wait(self, what: str, reached: Callable[[], bool], limit_s: float = LONGEST_S) -> None:
-        deadline = time.monotonic() + limit_s
-        while time.monotonic() < deadline:
-            self.status.poll()
-            message = self.messages.poll()
-            if message and message[0] in {linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR}:
-                raise RefusedError(f"the control says: {message[1]}")
-            if reached():
-                return
-            time.sleep(PAUSE_S)
-        raise RefusedError(f"not reached within {limit_s:g} s: {what}")
-
-    def obey(self, order: dict[str, str]) -> None:
-        status, command = self.status, self.command
-        verb = order["verb"]
-        if verb == "home":
-            command.state(linuxcnc.STATE_ESTOP_RESET)
-            self.wait("emergency stop off", lambda: not status.estop)
-            command.state(linuxcnc.STATE_ON)
-            self.wait("machine on", lambda: status.task_state == linuxcnc.STATE_ON)
-            self.manual()
-            command.home(-1)
-            self.wait("home", lambda: all(status.homed[: status.joints]))
-        elif verb == "off":
-            command.state(linuxcnc.STATE_OFF)
-            self.wait("machine off", lambda: status.task_state != linuxcnc.STATE_ON)
-        elif verb == "on":
-            command.state(linuxcnc.STATE_ON)
-            self.wait("machine on", lambda: status.task_state == linuxcnc.STATE_ON)
-        elif verb == "unhome":
-            self.manual()
-            command.unhome(int(order["joint"]))
-            self.wait("unhomed", lambda: not status.homed[int(order["joint"])])
-        elif verb == "move":
-            command.mode(linuxcnc.MODE_MDI)
-            command.wait_complete(LONGEST_S)
-            command.mdi(order["text"])
-            command.wait_complete(LONGEST_S)
-            idle = linuxcnc.INTERP_IDLE
-            self.wait("end of the move", lambda: status.interp_state == idle and status.inpos)
-        elif verb != "look":
-            raise RefusedError(f"unknown order: {verb}")
-
-    def manual(self) -> None:
-        self.command.mode(linuxcnc.MODE_MANUAL)
-        self.command.wait_complete(LONGEST_S)
-        self.command.teleop_enable(0)
-        self.command.wait_complete(LONGEST_S)
-
-    def shown(self) -> dict[str, object]:
-        self.status.poll()
-        return {
-            "commanded": list(self.status.position[:3]),
-            "actual": list(self.status.actual_position[:3]),
-            "joints": list(self.status.joint_actual_position[:3]),
-            "user": os.getuid(),
-        }
+def shown(status: linuxcnc.stat) -> dict[str, object]:
+    """Return what the display shows."""
+    status.poll()
+    return {
+        "commanded": list(status.position[:3]),
+        "actual": list(status.actual_position[:3]),
+        "joints": list(status.joint_actual_position[:3]),
+        "user": os.getuid(),
+    }
 
 
 def main() -> None:
@@ -107,10 +71,10 @@ def main() -> None:
             continue
         failure = ""
         try:
-            operator.obey(json.loads(order.read_text(encoding="ascii")))
+            obey(operator, json.loads(order.read_text(encoding="ascii")))
         except (RefusedError, linuxcnc.error) as error:
             failure = str(error)
-        result = {"failure": failure, **operator.shown()}
+        result = {"failure": failure, **shown(operator.status)}
         part = Path(f"done-{number}.part")
         part.write_text(json.dumps(result), encoding="ascii")
         part.rename(f"done-{number}.json")

@@ -3,7 +3,6 @@
 import json
 import os
 import shutil
-import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -18,11 +17,11 @@ from tests.system.linuxcnc.machine import (
     FOLDER,
     OWN_PYTHON,
     START_AND_STOP_S,
-    end,
     own_logs,
     own_objects,
     prepare,
     refuse_beside_another,
+    started,
     tail,
     user,
 )
@@ -181,31 +180,10 @@ def running(thermal_hal: str, *, machine_hal: str | None = None) -> Iterator[Off
 
 
 def _life(folder: Path, kept: set[tuple[str, int]], logs: set[Path]) -> Iterator[OffsetMachine]:
-    uid, gid = user()
-    other = {} if os.geteuid() != 0 else {"user": uid, "group": gid, "extra_groups": []}
-    environment = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": str(folder), "LANG": "C"}
-    with (folder / "linuxcnc.log").open("wb") as log:
-        linuxcnc = subprocess.Popen(
-            ["/usr/bin/linuxcnc", "-r", str(folder / "machine.ini")],
-            cwd=folder,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-            **other,
-        )
-        ready = folder / "ready"
-        try:
-            wait_for(
-                lambda: ready.exists() or linuxcnc.poll() is not None, START_AND_STOP_S, "start"
-            )
-            if not ready.exists():
-                raise RuntimeError(f"LinuxCNC did not start:\n{tail(folder)}")
-            yield OffsetMachine(folder)
-        finally:
-            if linuxcnc.poll() is None:
-                end(linuxcnc, folder, environment, other)
-            for log_file in own_logs() - logs:
-                log_file.unlink()
+    ready = folder / "ready"
+    with started(folder, logs) as linuxcnc:
+        wait_for(lambda: ready.exists() or linuxcnc.poll() is not None, START_AND_STOP_S, "start")
+        if not ready.exists():
+            raise RuntimeError(f"LinuxCNC did not start:\n{tail(folder)}")
+        yield OffsetMachine(folder)
     wait_for(lambda: not own_objects() - kept, 5.0, "an end without shared memory left behind")

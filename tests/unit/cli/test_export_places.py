@@ -9,7 +9,6 @@ import pytest
 
 from tests.refusals import refused
 from thermaxis.cli.exchange import export
-from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.files import write_model
 
@@ -88,7 +87,7 @@ MODELS: Mapping[str, tuple[dict[str, object], str, str, tuple[str, str]]] = {
 def test_what_the_target_cannot_hold_of_a_model_is_named_with_its_file(what, tmp_path):
     traits, options, code, (key, channel) = MODELS[what]
     model = a_model(tmp_path / "m.json", **traits)
-    with refused(code, Place(str(model), key=key, channel=channel)):
+    with refused(code, file=model, key=key, channel=channel):
         exported(f"{model} {options} {STATED}", tmp_path)
 
 
@@ -116,5 +115,5 @@ def test_a_rule_of_a_machine_is_named_by_file_table_and_key(old, new, key, code,
     text = machine.read_text(encoding="utf-8")
     assert old in text
     machine.write_text(text.replace(old, new, 1), encoding="utf-8")
-    with refused(code, Place(str(machine), key=key)):
+    with refused(code, file=machine, key=key):
         exported(f"{model} --cycle-s 0.1015625 {REAL} --machine {machine}", tmp_path)

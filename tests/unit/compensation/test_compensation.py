@@ -7,7 +7,6 @@ import pytest
 from tests.refusals import refused
 from tests.unit.compensation.bench import lathe
 from tests.unit.compensation.hostile import quick_lathe
-from thermaxis.codes import Place
 from thermaxis.compensation import Compensation, Limits, SensorRules
 
 RULES = SensorRules(lowest_c=1.0, highest_c=60.0)
@@ -34,7 +33,7 @@ def test_what_does_not_fit_is_refused_at_its_place() -> None:
             *("outside_count", {"count": 101, "least": 0, "most": 100}),
         ),
     ):
-        with refused(code, Place(key=next(iter(changes))), **values):
+        with refused(code, key=next(iter(changes)), **values):
             replace(lathe(), **changes)
     for changes in (
         {"cycle_s": 0.1},
@@ -66,7 +65,7 @@ def test_an_input_moves_with_another_one_that_is_judged_and_never_with_itself() 
             *("witness_may_stand", {"name": "a"}),
         ),
     ):
-        with refused(code, Place(key="sensors"), **values):
+        with refused(code, key="sensors", **values):
             replace(quick_lathe(), sensors=sensors)
 
 

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.compensation import (
     STATED,
     CompensationModel,
@@ -94,7 +93,7 @@ def test_a_model_that_cannot_be_is_refused_at_its_place() -> None:
         (lambda: model(reference="middle"), "unknown_choice", "reference", ""),
         (lambda: Provenance(figures={"rmse": math.nan}), "not_finite", "figures.rmse", ""),
     ):
-        with refused(code, Place(key=key, channel=channel)):
+        with refused(code, key=key, channel=channel):
             make()
 
 

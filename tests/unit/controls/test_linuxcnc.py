@@ -9,7 +9,6 @@ from hypothesis import given, settings, strategies as st
 from tests.refusals import refused
 from tests.unit.controls.builders import advised, found, plan_of, program_of
 from tests.unit.controls.interpreters import drive_linuxcnc
-from thermaxis.codes import Place
 from thermaxis.controls import ReadTable, TableRequest, check_options
 from thermaxis.controls.linuxcnc import CONTROL
 from thermaxis.errors import MeasurementFileError
@@ -125,7 +124,7 @@ def test_256_points_are_written_and_read_and_257_are_refused() -> None:
     text = "".join(f"{p} {p} {p}\n" for p in range(256))
     read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
     assert read.table.position.size == 256
-    with refused("too_many_rows", Place("x", 257), most=256):
+    with refused("too_many_rows", file="x", line=257, most=256):
         CONTROL.read_table(text + "256 256 256\n", "x", AxisKind.LINEAR, table_options())
 
 
@@ -175,7 +174,7 @@ def test_what_the_control_would_refuse_or_misread_is_refused_with_its_line() -> 
         ("\ufeff0 0 0\n1 1 1\n", 1, "byte_order_mark"),
         ("\xef\xbb\xbf0 0 0\n1 1 1\n", 1, "byte_order_mark"),
     ):
-        with refused(code, Place("x", line)):
+        with refused(code, file="x", line=line):
             read(text)
 
 

@@ -7,7 +7,6 @@ from hypothesis import given, settings, strategies as st
 from tests.refusals import refused
 from tests.unit.controls.builders import in_every_direction, plan_of, program_of
 from tests.unit.controls.interpreters import DRIVES, Driven
-from thermaxis.codes import Place
 from thermaxis.controls import control_by_name, control_names
 from thermaxis.controls._program import feed_word, inward_positions
 from thermaxis.files import plan_sha256
@@ -181,5 +180,5 @@ def test_no_control_writes_a_feed_an_overrun_or_a_way_that_is_lost_or_too_large(
             with refused("overrun_too_short"):
                 program_of(control, plan_of(cycle=cycle, overrun=overrun))
     for travel in ((0.0, 200.0), (-10.0, 90.0)):
-        with refused("program_beyond_travel", Place(key="--travel")):
+        with refused("program_beyond_travel", key="--travel"):
             program_of(control, plan_of(), travel=travel)

@@ -8,7 +8,6 @@ import pytest
 from tests.refusals import refused
 from tests.unit.controls.builders import advised, found, plan_of, program_of
 from tests.unit.controls.interpreters import Driven, drive_sinumerik
-from thermaxis.codes import Place
 from thermaxis.controls import (
     TableRequest,
     TableText,
@@ -339,7 +338,7 @@ def test_activation_encoder_and_unknown_lines_are_told() -> None:
 def test_of_several_tables_one_has_to_be_chosen() -> None:
     other = GOOD.replace("X1", "AX2").replace("0.011", "0.012")
     both = GOOD + other
-    with refused("several_tables", Place("x"), count=2) as caught:
+    with refused("several_tables", file="x", count=2) as caught:
         read(both)
     assert "axis AX2" in str(caught.value.values["tables"])
     assert read(both, "table=1").axis == "X1"
@@ -347,7 +346,7 @@ def test_of_several_tables_one_has_to_be_chosen() -> None:
     assert read(both, "table=2").mean[1] == pytest.approx(12.0)
     for wrong in ("3", "0", "1.5", "x"):
         code = "not_whole_number" if wrong == "1.5" else "outside_range"
-        with refused(code, Place(key="--set table")):
+        with refused(code, key="--set table"):
             read(both, f"table={wrong}")
 
 

@@ -7,7 +7,6 @@ from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
 from tests.unit.controls.touch_interpreters import AlarmError, Machine, run, run_sinumerik
-from thermaxis.codes import Place
 from thermaxis.controls import TouchRequest, check_options, control_by_name, control_names
 
 KLARTEXT = {"TCH PROBE 4.0 MEASURING IN 3-D"}
@@ -144,7 +143,7 @@ def test_a_touch_that_cannot_be_is_refused(
 ) -> None:
     for name in control_names():
         own = code or ("axis_name_unfit" if name == "sinumerik" else "unknown_axis")
-        with refused(own, Place(key=option)):
+        with refused(own, key=option):
             touch_program(name, **changes)
         assert touch_program(name, travel=(5.0, 15.0))
 

@@ -1,6 +1,7 @@
 """Every error has a sentence that says all its values, and every sentence an error."""
 
 import ast
+import inspect
 import pickle
 from collections import Counter
 from collections.abc import Iterator
@@ -19,6 +20,8 @@ from thermaxis.messages import keys, template
 ROOT = Path(__file__).parents[3] / "src" / "thermaxis"
 
 
+OF_PLACE = set(inspect.signature(ThermaxisError).parameters)
+"""What an error takes besides its values."""
 OTHERS = {"ValueError", "PydanticCustomError", "ArgumentTypeError"}
 """Errors of others."""
 
@@ -78,7 +81,7 @@ def raised() -> Iterator[tuple[str, str, set[str] | None]]:
     for file, name, node in code()[1]:
         if name.endswith("Error") and name not in OTHERS:
             given = {one.arg for one in node.keywords}
-            known = None if None in given else {one for one in given if one} - {"place"}
+            known = None if None in given else {one for one in given if one} - OF_PLACE
             for said in codes_of(node.args[0]):
                 if said.isidentifier():
                     yield f"{file}:{node.lineno}", said, known

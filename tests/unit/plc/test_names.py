@@ -70,7 +70,7 @@ def test_a_name_becomes_lower_case_with_single_underscores() -> None:
 
 def test_a_name_without_a_letter_is_refused() -> None:
     for text in ["", "   ", "---", "温度", "*()", "_"]:
-        with refused("name_without_letters", Place(key="channel")):
+        with refused("name_without_letters", key="channel"):
             legal_stem(text, 20, place=Place(key="channel"))
 
 

@@ -93,7 +93,7 @@ def test_numbers_have_a_point_and_an_exponent_of_two_digits() -> None:
 def test_what_is_no_number_is_refused() -> None:
     for double in [True, False]:
         for value in [float("nan"), float("inf"), -float("inf")]:
-            with refused("not_finite", Place(key="here")):
+            with refused("not_finite", key="here"):
                 number_text(value, double=double, place=Place(key="here"))
 
 

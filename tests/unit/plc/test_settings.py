@@ -108,7 +108,7 @@ def test_a_cycle_outside_a_tenth_of_a_second_to_a_minute_is_refused() -> None:
 def test_too_large_models_are_refused(
     parts: tuple[Part, ...], outputs: int, key: str, count: int, most: int
 ) -> None:
-    with refused("outside_count", Place(key=key), count=count, most=most):
+    with refused("outside_count", key=key, count=count, most=most):
         exported(a_compensation(*parts, outputs=outputs))
 
 
@@ -116,7 +116,7 @@ def test_too_long_a_delay_is_refused_and_the_longest_is_not() -> None:
     def part(delay_s: float) -> Part:
         return Part("p", "t", "", 1.0, delay_s=delay_s)
 
-    with refused("delay_too_long", Place(key="parts", channel="p"), cycles=10_001):
+    with refused("delay_too_long", key="parts", channel="p", cycles=10_001):
         exported(a_compensation(part(10_001.0)))
     assert exported(a_compensation(part(10_000.0))).notes == ()
     assert exported(a_compensation(part(10_001.0)), cycle_s=2.0).notes
@@ -140,26 +140,26 @@ def test_settings_that_were_not_made_by_the_export_are_checked_too() -> None:
 def test_a_gap_within_two_cycles_is_refused() -> None:
     plain = a_compensation()
     short = replace(plain, model=replace(plain.model, longest_gap_s=5.0))
-    with refused("gap_within_cycle", Place(key="longest_gap_s"), gap_s=5.0):
+    with refused("gap_within_cycle", key="longest_gap_s", gap_s=5.0):
         exported(short, cycle_s=10.0)
     assert exported(short, cycle_s=2.5).cycle_s == 2.5
 
 
 def test_numbers_that_binary32_cannot_hold_are_refused_in_real_only() -> None:
     tiny = a_compensation(Part("p", "t", "", 1e-40))
-    with refused("too_small_for_plc", Place(key="parts", channel="p"), kind="REAL"):
+    with refused("too_small_for_plc", key="parts", channel="p", kind="REAL"):
         Block(settings=exported(tiny, double=False))
     assert Block(settings=exported(tiny)).settings.double
     narrow = (GainPoint(100.0, 1.0), GainPoint(100.000001, 2.0))
     close = a_compensation(Part("p", "t", "", 1.0, gain_by_diameter=narrow))
-    with refused("diameters_equal_in_real", Place(key="parts", channel="p")):
+    with refused("diameters_equal_in_real", key="parts", channel="p"):
         exported(close, double=False)
     assert exported(close).double
     with refused("too_small_for_plc", kind="LREAL"):
         stored(5e-324, double=True, place=Place(key="x"))
     wrong = {float("nan"): "not_finite", float("inf"): "not_finite", 1e39: "too_large_for_plc"}
     for value, code in wrong.items():
-        with refused(code, Place(key="x")):
+        with refused(code, key="x"):
             stored(value, double=False, place=Place(key="x"))
 
 
@@ -192,7 +192,7 @@ def test_a_number_in_the_target_is_rounded_once() -> None:
 
 def test_a_cycle_in_real_that_is_no_multiple_of_a_128th_of_a_second_is_refused() -> None:
     for cycle_s in [0.1, 0.2, 1.1, 2.003]:
-        with refused("cycle_not_counted", Place(key="cycle_s")) as caught:
+        with refused("cycle_not_counted", key="cycle_s") as caught:
             exported(a_compensation(), cycle_s=cycle_s, double=False)
         nearest_s = caught.value.values["nearest_s"]
         assert isinstance(nearest_s, float)
@@ -211,7 +211,7 @@ def test_in_real_every_time_up_to_a_day_is_counted_exactly() -> None:
 
 def test_times_together_that_real_does_not_count_exactly_are_refused() -> None:
     long = SupervisorRules(settle_s=60_000.0, hold_operator_s=86_400.0)
-    with refused("time_not_counted", Place(key="supervisor"), longest_s=131_072.0):
+    with refused("time_not_counted", key="supervisor", longest_s=131_072.0):
         exported(a_compensation(supervisor=long), cycle_s=0.1015625, double=False)
     assert not exported(a_compensation(supervisor=long), cycle_s=1.0, double=False).double
     assert exported(a_compensation(supervisor=long), cycle_s=0.1015625).double
@@ -226,7 +226,7 @@ def at_the_border(share: float) -> Compensation:
 
 
 def test_a_rate_that_real_would_lose_in_the_rounding_of_its_total_is_refused() -> None:
-    with refused("rate_lost_in_real", Place(key="largest_rate_um_per_s", channel="o0")):
+    with refused("rate_lost_in_real", key="largest_rate_um_per_s", channel="o0"):
         exported(at_the_border(0.999), double=False)
     assert not exported(at_the_border(1.0), double=False).double
     assert not exported(at_the_border(0.999), cycle_s=2.0, double=False).double

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 
 from tests.refusals import refused
 from tests.unit.positioning.builders import codes_of, run, stop_times, values_said
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.positioning import (
     evaluate_adjacent_difference,
     evaluate_against_cycles,
@@ -134,17 +134,17 @@ def test_a_reference_that_does_not_exist_is_an_error() -> None:
     x = RNG.normal(size=(4, 10, 2))
     time_s = stop_times(4, 10)
     x[0, 4, 0] = np.nan
-    with refused("outside_range", Place(key="reference cycle")):
+    with refused("outside_range", key="reference cycle"):
         evaluate_adjacent_difference(run(x), reference_cycle=11)
-    with refused("cycle_without_reference", Place(key="reference cycle")):
+    with refused("cycle_without_reference", key="reference cycle"):
         evaluate_adjacent_difference(run(x), reference_cycle=5)
-    with refused("readings_without_times", Place(key="reference time")):
+    with refused("readings_without_times", key="reference time"):
         evaluate_adjacent_difference(run(x), reference_time_s=10.0)
-    with refused("no_cycle_after", Place(key="reference time")):
+    with refused("no_cycle_after", key="reference time"):
         evaluate_adjacent_difference(run(x, time_s=time_s), reference_time_s=1e6)
-    with refused("only_one_of", Place(key="reference")):
+    with refused("only_one_of", key="reference"):
         evaluate_adjacent_difference(run(x), reference_cycle=1, reference_time_s=0.0)
-    with refused("outside_range", Place(key="reference position")):
+    with refused("outside_range", key="reference position"):
         evaluate_adjacent_difference(run(x), reference_position=5)
     with refused("too_few_targets"):
         evaluate_adjacent_difference(run(x[:1]))

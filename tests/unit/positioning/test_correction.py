@@ -6,7 +6,7 @@ from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
 from tests.unit.positioning.builders import closed_form, run
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.positioning import (
     AxisLevels,
     CompensationTable,
@@ -146,7 +146,7 @@ def test_points_that_cannot_be_are_refused() -> None:
         ("points_too_near", "spacing", {"spacing": 1e-5}),
         ("points_too_near", "spacing", {"spacing": 0.0001, "decimals": 3}),
     ):
-        with refused(code, Place(key=key)):
+        with refused(code, key=key):
             table_points(np.array([0.0, 50.0, 100.0]), **asked)
 
 
@@ -350,5 +350,5 @@ def test_the_figures_after_are_those_of_the_corrected_readings() -> None:
     assert figures_by_key(effect.figures_after) == pytest.approx(figures_by_key(expected))
     np.testing.assert_allclose(effect.after, effect.before + correction)
     assert float(effect.figures_before.E) == pytest.approx(2.0 * 4 + 1.0)
-    with refused("wrong_shape", Place(key="correction")):
+    with refused("wrong_shape", key="correction"):
         evaluate_correction(test, correction.T)

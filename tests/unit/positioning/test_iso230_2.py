@@ -7,7 +7,6 @@ import pytest
 
 from tests.refusals import refused
 from tests.unit.positioning.builders import closed_form, run
-from thermaxis.codes import Place
 from thermaxis.positioning import (
     FIGURE_KEYS,
     Edition,
@@ -176,7 +175,7 @@ def test_the_old_standards_carry_their_mark() -> None:
 
 
 def test_a_wrong_shape_is_an_error_and_never_a_transpose() -> None:
-    with refused("wrong_shape", Place(key="deviation")):
+    with refused("wrong_shape", key="deviation"):
         iso230_2_figures(np.zeros((2, 5, 5)))
-    with refused("wrong_shape", Place(key="deviation")):
+    with refused("wrong_shape", key="deviation"):
         iso230_2_figures(np.zeros((5, 2)))

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.positioning import PAPER_RATIO, montecarlo_difference
 
 ROOT_2 = math.sqrt(2.0)
@@ -140,5 +139,5 @@ def test_what_cannot_be_is_refused_by_its_name():
         {"seed": -1},
     ):
         code = "negative" if "seed" in bad else "outside_range"
-        with refused(code, Place(key=next(iter(bad)))):
+        with refused(code, key=next(iter(bad))):
             montecarlo_difference(**bad)

@@ -7,7 +7,7 @@ from hypothesis import given, settings, strategies as st
 from tests.proofs import quick_first
 from tests.refusals import refused
 from tests.unit.positioning.builders import codes_of, values_said
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.positioning import (
     BACKWARD,
     FIGURE_KEYS,
@@ -123,7 +123,7 @@ def test_targets_that_cannot_be_chosen_are_refused_by_the_name_of_the_field() ->
         ("targets_change_places", {"length": 0.01, "targets": 16}, "targets"),
     ):
         arguments = {"start": 0.0, "length": 300.0, "targets": 16, **changes}
-        with refused(code, Place(key=key)):
+        with refused(code, key=key):
             choose_targets(**arguments)
 
 
@@ -171,7 +171,7 @@ def test_a_plan_that_cannot_be_driven_is_refused_by_the_name_of_the_field() -> N
         ("title_not_printable", {"title": "two\nlines"}, "title"),
         ("title_too_long", {"title": "x" * 201}, "title"),
     ):
-        with refused(code, Place(key=key)):
+        with refused(code, key=key):
             plan_of(**changes)
 
 
@@ -442,7 +442,7 @@ def test_a_single_cycle_promises_nothing_and_says_why() -> None:
     plan = x_axis(cycles=1)
     assert why_nothing_is_expected(plan).code == "drift_and_levels_alike"
     assert simulate_uncertainty(plan) is None
-    with refused("drift_and_levels_alike", Place(key="expected uncertainty")):
+    with refused("drift_and_levels_alike", key="expected uncertainty"):
         expected_uncertainty(plan)
     once, again = (simulate_uncertainty(x_axis(cycles=3), runs=1, seed=2) for _ in range(2))
     assert once == again
@@ -491,8 +491,8 @@ def test_a_search_that_makes_no_sense_is_refused() -> None:
         ("figure_not_given", "target_figure", one_way, 0.3, {"key": "E"}),
         ("cycles_take_longer", "longest", both, 0.3, {"longest_s": 60.0}),
     ):
-        with refused(code, Place(key=key)):
+        with refused(code, key=key):
             shortest_plan(plan, wanted, **options)
     for changes in ({"noise": 0.0}, {"drift": -1.0}, {"time_constant_s": np.nan}):
-        with refused("outside_range", Place(key=next(iter(changes)))):
+        with refused("outside_range", key=next(iter(changes))):
             RunAssumptions(**changes)

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.positioning import (
     BACKWARD,
     FORWARD,
@@ -128,12 +127,12 @@ def test_the_warm_up_goes_from_end_to_end_before_the_first_stop_and_stops_nowher
     assert not any(m.is_stop for m in blocks[0].moves)
     assert blocks[1:] == moves_of_plan(plan([0.0, 10.0]))
     for warm_up in (-1, 1_000_001):
-        with refused("outside_range", Place(key="warm_up")):
+        with refused("outside_range", key="warm_up"):
             moves_of_plan(plan([0.0, 10.0]), warm_up=warm_up)
 
 
 def test_a_program_that_would_fill_the_memory_of_a_control_is_refused() -> None:
     long = plan(list(np.arange(10.0)), cycles=10_000, cycle=Cycle.PILGRIM)
-    with refused("too_many_moves", Place(key="cycles")):
+    with refused("too_many_moves", key="cycles"):
         moves_of_plan(long)
     assert len(moves_of_plan(plan(list(np.arange(10.0)), cycles=20_000))) == 1

@@ -7,7 +7,7 @@ from scipy import special, stats
 from tests.proofs import quick_first
 from tests.refusals import refused
 from tests.unit.positioning.builders import closed_form, run, stop_times
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.positioning import (
     FIGURE_KEYS,
     BudgetRow,
@@ -500,7 +500,7 @@ def test_a_rotary_axis_has_no_terms_of_length() -> None:
     assert set(budget_of(stated, "E")) == {"extremes", "device"}
     terms = {str(one.values.get("term", "")) for one in stated.left_out}
     assert not any("expansion" in term or "misalignment" in term for term in terms)
-    with refused("linear_axis_only", Place(key="misalignment_mm")):
+    with refused("linear_axis_only", key="misalignment_mm"):
         evaluate_uncertainty(test, None, budget=UncertaintyBudget(misalignment_mm=1.0))
 
 
@@ -508,14 +508,14 @@ def test_an_instrument_stated_twice_and_impossible_numbers_are_refused() -> None
     with refused("instrument_twice"):
         UncertaintyBudget(device=0.1, device_range_um_per_m=1.0)
     for value in (-1.0, np.nan, np.inf):
-        with refused("outside_range", Place(key="misalignment_mm")):
+        with refused("outside_range", key="misalignment_mm"):
             UncertaintyBudget(misalignment_mm=value)
     for code, options in (
         ("outside_range", {"samples": 99}),
         ("outside_range", {"samples": 10**7}),
         ("negative", {"seed": -1}),
     ):
-        with refused(code, Place(key=next(iter(options)))):
+        with refused(code, key=next(iter(options))):
             evaluate_uncertainty(metre(), None, **options)
 
 

@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ import pytest
 
 from tests.proofs import quick_first
 from tests.refusals import refused
-from tests.unit.report.builders import make_report, make_run
+from tests.unit.report.builders import PageReader, make_report, make_run
 from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import DecisionRule, FigureLimits, read_positioning
@@ -64,27 +63,6 @@ def pdf_pages(pdf: bytes) -> list[str]:
     pages = [page.get_textpage().get_text_range() for page in document]
     document.close()
     return pages
-
-
-class PageReader(HTMLParser):
-    """Collects what a browser would act on, and what it would show."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.tags: set[str] = set()
-        self.attributes: list[tuple[str, str]] = []
-        self.identifiers: list[str] = []
-        self.text = ""
-        self.feed(page)
-        self.close()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.add(tag)
-        self.attributes += [(name, value or "") for name, value in attrs]
-        self.identifiers += [value or "" for name, value in attrs if name == "id"]
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
 
 
 def assert_harmless(page: str) -> None:

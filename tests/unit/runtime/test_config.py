@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 
 from tests.refusals import refused
 from tests.unit.runtime.machine_files import TEXT, machine_file, model
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.compensation import Limits, SensorRules, SupervisorRules
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, write_model
@@ -218,7 +218,7 @@ def test_a_file_that_is_no_configuration_is_refused(tmp_path: Path) -> None:
             read_machine(path)
         assert caught.value.place.file == str(path)
     missing = tmp_path / "missing.toml"
-    with refused("file_not_found", Place(str(missing))):
+    with refused("file_not_found", file=missing):
         read_machine(missing)
 
 

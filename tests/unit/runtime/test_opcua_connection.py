@@ -12,7 +12,6 @@ from asyncua import ua
 from hypothesis import given, strategies as st
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.runtime import (
     AWAY,
     OFFSET_UNITS,
@@ -120,7 +119,7 @@ def test_an_address_without_a_port_gets_the_registered_one() -> None:
 
 def test_a_time_without_a_bound_is_refused() -> None:
     for name, value in (("timeout_s", 0.0), ("retry_s", 61.0), ("timeout_s", float("nan"))):
-        with refused("outside_range", Place(key=f"connection.lathe.{name}")):
+        with refused("outside_range", key=f"connection.lathe.{name}"):
             settings(**{name: value})
 
 
@@ -170,7 +169,7 @@ def test_a_correction_arrives_in_the_machines_unit_and_sign() -> None:
     for unit, expected in units.items():
         assert 34.5 * offset_factor(unit, AWAY) == pytest.approx(expected, rel=1e-12)
         assert 34.5 * offset_factor(unit, TOWARDS) == pytest.approx(-expected, rel=1e-12)
-    with refused("unknown_choice", Place(key="unit")):
+    with refused("unknown_choice", key="unit"):
         offset_factor("", AWAY)
     for sign in ("", "+1", "positive", AWAY + "."):
         with refused("unknown_sign"):

@@ -24,7 +24,6 @@ from cryptography.hazmat.primitives.asymmetric import ec
 
 from tests.opcua_server import NAMESPACE, Cable, Machine, OneUser, start_machine, until
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import LANGUAGES, keys, text_of
 from thermaxis.runtime import (
@@ -526,7 +525,7 @@ def test_what_a_certificate_cannot_say_is_refused() -> None:
         ({"hosts": ("a\n",)}, "no_host_name", "host"),
         ({"organisation": "x" * 65}, "text_too_long", "organisation"),
     ):
-        with refused(code, Place(key=key)):
+        with refused(code, key=key):
             NewCertificate(**{"application_uri": URI, "hosts": ("a",), **changes})
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.runtime.host import read_private, read_secret, refuse_readable, whole_file
 
 LARGEST_BYTES = 4096
@@ -28,7 +27,7 @@ def test_every_right_of_others_makes_a_file_no_secret(tmp_path: Path) -> None:
             lambda: read_private(path, limit_bytes=100, key="here"),
             lambda: read_secret(path, key="here"),
         ):
-            with refused("file_open_to_others", Place(str(path), key="here")) as caught:
+            with refused("file_open_to_others", file=path, key="here") as caught:
                 look()
             assert "hunter2" not in str(caught.value)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.refusals import refused
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import read_toml
 from thermaxis.runtime import ConnectionSettings, read_record
@@ -119,14 +119,14 @@ def test_a_missing_key_is_said_after_the_one_that_is_misspelt(tmp_path: Path) ->
 
 def test_what_is_no_toml_is_said_and_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
     path = tmp_path / "x.toml"
-    with refused("file_not_found", Place(str(path))):
+    with refused("file_not_found", file=path):
         read_toml(path)
     for content, code in (
         *((b"[connection\n", "not_toml"), (b"\xff\xfe\x00", "not_utf8")),
         (b"#" * 1_000_001, "file_too_large"),
     ):
         path.write_bytes(content)
-        with refused(code, Place(str(path))):
+        with refused(code, file=path):
             read_toml(path)
     assert refusal(3, tmp_path).code == "not_a_table"
     path.write_bytes(b"\xef\xbb\xbfa = 1\r\n")

@@ -11,7 +11,6 @@ from cryptography.hazmat.primitives.asymmetric import ec
 
 from tests.refusals import refused
 from tests.unit.runtime.status_server_parts import Pair
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import server_context
 
@@ -55,7 +54,7 @@ def test_without_room_for_a_copy_pem_is_taken_and_der_is_said_to_be_unusable(
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "none"))
     assert peer_of(server_context(pair.pem, pair.key)) == pair.certificate.read_bytes()
-    with refused("pair_unusable", Place(str(pair.certificate))):
+    with refused("pair_unusable", file=pair.certificate):
         server_context(pair.certificate, pair.key)
 
 
@@ -99,7 +98,7 @@ def test_a_locked_key_is_never_asked_for_its_password(pair: Pair, tmp_path: Path
 def test_what_is_larger_than_any_certificate_is_refused(pair: Pair, tmp_path: Path) -> None:
     large = tmp_path / "large.pem"
     large.write_bytes(pair.pem.read_bytes() + b"\n" * 1_000_000)
-    with refused("file_too_long", Place(str(large))):
+    with refused("file_too_long", file=large):
         server_context(large, pair.key)
 
 
@@ -109,5 +108,5 @@ def test_a_certificate_that_is_none_is_said_in_words(pair: Pair, tmp_path: Path)
         server_context(certificate, pair.key)
     for content in (b"", b"no certificate", b"\x30" * 50):
         certificate.write_bytes(content)
-        with refused("pair_unusable", Place(str(certificate))):
+        with refused("pair_unusable", file=certificate):
             server_context(certificate, pair.key)

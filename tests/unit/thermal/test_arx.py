@@ -5,7 +5,6 @@ import pytest
 
 from tests.polynomials import polynomial_model_of
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.thermal import (
     Experiment,
     ModalPart,
@@ -174,5 +173,5 @@ def test_orders_that_make_no_sense_too_few_rows_and_unequal_sample_times_are_ref
             arx([test], **orders)
     with refused("sample_times_differ"):
         arx([test, Experiment(2.0, u, u[:, 0].copy())], 1, 1)
-    with refused("count_not_inputs", Place(key="input_names")):
+    with refused("count_not_inputs", key="input_names"):
         arx([test], 1, 1, input_names=("a", "b"))

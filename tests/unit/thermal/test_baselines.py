@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.thermal import (
     Baseline,
     Experiment,
@@ -106,9 +105,9 @@ def test_missing_inputs_are_held() -> None:
 
 def test_what_makes_no_sense_is_refused() -> None:
     test = Experiment(60.0, walk(11, 9), walk(11, 9)[:, 0])
-    with refused("outside_range", Place(key="ridge")):
+    with refused("outside_range", key="ridge"):
         fit_baseline(Baseline.RIDGE, [test], ridge=-1.0)
-    with refused("not_positive", Place(key="lags_s")):
+    with refused("not_positive", key="lags_s"):
         fit_baseline(Baseline.AVERAGES, [test], lags_s=(0.0,))
     with refused("rows_not_enough"):
         fit_baseline(Baseline.AVERAGES, [test])

@@ -14,7 +14,6 @@ from tests.printed_digits import (
     rounding_loss,
 )
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.thermal import (
     ModalPart,
     ThermalModel,
@@ -227,11 +226,11 @@ def test_what_has_no_equivalent_or_defines_no_output_is_refused() -> None:
             continue
         with refused(code):
             equivalent_part(tf, 1.0, "u")
-    with refused("mode_no_lag", Place(channel="u")):
+    with refused("mode_no_lag", channel="u"):
         equivalent_part(TransferFunction(np.ones(7), np.array([1.0, -0.9])), 1.0, "u")
     for b, code in (
         *(([0.0, 1.0], "leading_coefficient_zero"), ([np.nan], "not_finite")),
         ([[1.0]], "wrong_shape"),
     ):
-        with refused(code, Place(key="denominator")):
+        with refused(code, key="denominator"):
             TransferFunction(one, np.array(b))

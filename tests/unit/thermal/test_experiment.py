@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.thermal import Experiment
 from thermaxis.thermal.log import common_shape
 
@@ -55,5 +54,5 @@ def test_experiments_belong_together_only_with_the_same_inputs():
     assert common_shape([_experiment(), _experiment(30)]) == 2
     with refused("inputs_differ"):
         common_shape([_experiment(), _experiment(inputs=1)])
-    with refused("no_log", Place(key="experiments")):
+    with refused("no_log", key="experiments"):
         common_shape([])

@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from scipy import stats
 
 from tests.refusals import refused
-from thermaxis.codes import Place, remark
+from thermaxis.codes import remark
 from thermaxis.thermal import (
     MOST_PIXELS,
     Region,
@@ -70,7 +70,7 @@ def test_a_pixel_belongs_to_a_region_if_its_centre_lies_inside(left, width, top,
         return  # the edge itself runs through a centre
     region = Region("r", left, right, top, bottom)
     if not inside.any():
-        with refused("region_empty", Place(key="region r")):
+        with refused("region_empty", key="region r"):
             region.slices((8, 10))
         return
     found = np.zeros((8, 10), dtype=bool)
@@ -219,5 +219,5 @@ def test_a_constant_temperature_has_no_correlation_and_a_drift_of_another_length
     )
     assert np.isnan(relation.common[0].correlation)
     assert np.isnan(relation.common[0].p_value)
-    with refused("wrong_shape", Place(key="drift")):
+    with refused("wrong_shape", key="drift"):
         relate_to_drift(evaluate_thermal_fields(series(1, 2)), np.arange(3.0), np.arange(2.0))

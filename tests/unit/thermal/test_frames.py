@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, strategies as st
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.files import read_model, read_thermal_log
 from thermaxis.thermal import (
     ThermalLog,
@@ -130,7 +129,7 @@ def test_a_column_of_seconds_counts_before_dates_which_give_the_start() -> None:
     ],
 )
 def test_a_frame_that_is_no_log_is_refused_by_its_column(frame, code, column) -> None:
-    with refused(code, Place("mill", column=column)):
+    with refused(code, file="mill", column=column):
         as_thermal_log(frame, name="mill")
 
 

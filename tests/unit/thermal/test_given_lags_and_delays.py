@@ -5,7 +5,6 @@ import pytest
 
 from tests.refusals import refused
 from tests.thermal_machines import Log, log
-from thermaxis.codes import Place
 from thermaxis.thermal import (
     Experiment,
     InputDefinition,
@@ -99,7 +98,7 @@ def test_lags_shorter_than_a_row_or_longer_than_the_log_are_refused(
     given_s: tuple[float, ...],
 ) -> None:
     record = Experiment(STEP_S, np.ones((960, 1)), np.arange(960.0))
-    with refused("lags_not_possible", Place(key="lags")):
+    with refused("lags_not_possible", key="lags"):
         modal([record], input_names=["a"], options=ModalOptions(time_constants_s=(given_s,)))
 
 
@@ -120,7 +119,7 @@ def test_a_dead_time_is_found_with_its_interval_and_none_where_there_is_none() -
     (given,) = (flag for flag in late.flags if "delay" in flag.code)
     assert given.code == "flag-gains_given_delay"
     assert given.values["used_s"] == result.model.parts[0].delay_s
-    with refused("delay_beyond_record", Place(key="delay")):
+    with refused("delay_beyond_record", key="delay"):
         modal([record], input_names=NAMES, options=ModalOptions(delays_s=(20_000.0, None)))
 
 

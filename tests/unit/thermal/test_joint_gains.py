@@ -3,7 +3,6 @@
 import pytest
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.thermal import ModalOptions, Records, joint_gains, parse_input, records_of
 from thermaxis.virtual import generate_lathe_test
 
@@ -45,5 +44,5 @@ def test_what_cannot_be_joint_is_refused(records: Records) -> None:
         ("table", {"Z_D0_um": 0.0}, "too_few_joint_channels"),
         ("table", {"Z_D0_um": 0.0, "Q_um": 1.0}, "unknown_name"),
     ):
-        with refused(code, Place(key="joint")):
+        with refused(code, key="joint"):
             joint_gains(records, part, diameters)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.refusals import refused
-from thermaxis.codes import Place, remark
+from thermaxis.codes import remark
 from thermaxis.thermal import ThermalLog, find_shift, join_rates, merge_logs
 
 START = datetime(2026, 11, 20, 8, 0, tzinfo=UTC)
@@ -52,11 +52,11 @@ def test_channels_that_measure_the_same_can_be_named() -> None:
     a, b = recorders(20.0)
     a = a.select(["T_hall_C"])
     b = ThermalLog.from_columns({"other_C": b.column("T_hall_C")}, time_s=b.time_s + b.origin_s)
-    with refused("no_clock_and_no_common_channel", Place(file="A, log")):
+    with refused("no_clock_and_no_common_channel", file="A, log"):
         merge_logs(a, b)
     joined = merge_logs(a, b, common=[("T_hall_C", "other_C")])
     assert joined.remarks[-1].values["names"] == "T_hall_C=other_C"
-    with refused("unknown_column", Place(file="A")):
+    with refused("unknown_column", file="A"):
         merge_logs(a, b, common=[("x_C", "other_C")])
 
 
@@ -97,7 +97,7 @@ def test_a_given_shift_moves_the_second_clock() -> None:
     assert joined.origin_s == -3.0
     np.testing.assert_array_equal(joined.columns["a"], [np.nan, 1.0, 2.0])
     np.testing.assert_array_equal(joined.columns["b"], [3.0, 4.0, np.nan])
-    with refused("no_shift", Place(key="shift_s")):
+    with refused("no_shift", key="shift_s"):
         merge_logs(a, b, shift_s=np.nan)
 
 
@@ -112,7 +112,7 @@ def test_times_of_day_join_logs_without_a_common_channel() -> None:
     naive = ThermalLog.from_columns(
         {"c": [3.0]}, sample_time_s=1.0, start=later.replace(tzinfo=None)
     )
-    with refused("zone_in_one_log", Place(file="log, log")):
+    with refused("zone_in_one_log", file="log, log"):
         merge_logs(a, naive, shift_s=0.0)
 
 

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from benchmarks.virtual_thermal_test import ThermalTestPlan, generate_thermal_test
 from tests.refusals import refused
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.thermal import (
     Experiment,
     ModalOptions,
@@ -266,9 +266,9 @@ def test_options_names_and_records_that_cannot_be_are_refused():
     ):
         with refused(says):
             ModalOptions(**options)
-    with refused("count_not_inputs", Place(key="delays_s")):
+    with refused("count_not_inputs", key="delays_s"):
         modal([exact()], input_names=NAMES, options=ModalOptions(delays_s=(90.0,)))
-    with refused("count_not_inputs", Place(key="input_names")):
+    with refused("count_not_inputs", key="input_names"):
         modal([exact()], input_names=("spindle",))
     with refused("displacement_constant"):
         modal([Experiment(10.0, steps(200, 1), np.ones(200))], input_names=NAMES)

@@ -6,7 +6,6 @@ from scipy.signal import lfilter
 from scipy.stats import f as f_distribution
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.thermal import (
     Experiment,
     PolynomialModel,
@@ -160,7 +159,7 @@ def test_deviations_of_step_response_dc_gain_and_time_constant_are_those_over_se
 def test_a_step_response_ends_at_the_dc_gain() -> None:
     result = fitted(0)
     assert step_responses(result, 2000).response[-1, 0] == pytest.approx(result.dc_gain[0])
-    with refused("not_positive", Place(key="rows")):
+    with refused("not_positive", key="rows"):
         step_responses(result, 0)
 
 
@@ -204,5 +203,5 @@ def test_one_phase_alone_is_refused() -> None:
     half = Experiment(10.0, test.u[:1000], test.y[:1000])
     with refused("phase_too_short"):
         check_linearity([half], [simulated[:1000]])
-    with refused("wrong_shape", Place(key="simulated_um")):
+    with refused("wrong_shape", key="simulated_um"):
         check_linearity([test], [simulated[:10]])

@@ -3,7 +3,6 @@
 import pytest
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.compensation import (
     CompensationModel,
     GainPoint,
@@ -94,7 +93,7 @@ def test_what_cannot_be_superposed_is_refused() -> None:
 
 def test_a_gain_without_a_part_is_refused() -> None:
     name, gain = parse_gain("tabel=0:1,1:2")
-    with refused("unknown_name", Place(key="gain")):
+    with refused("unknown_name", key="gain"):
         combine_models([("a", model(SPINDLE)), ("table", model(TABLE))], {name: gain})
 
 
@@ -106,5 +105,5 @@ def test_what_is_no_gain_is_refused() -> None:
         ("no_diameter", ("table=tcp:1",)),
     ):
         for text in texts:
-            with refused(code, Place(key="--gain")):
+            with refused(code, key="--gain"):
                 parse_gain(text)

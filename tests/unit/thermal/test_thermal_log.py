@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, strategies as st
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.thermal import (
     InputDefinition,
     ThermalLog,
@@ -91,11 +90,11 @@ def test_what_is_no_log_is_refused_with_the_reason() -> None:
 def test_a_column_is_found_whatever_its_case_and_a_wrong_name_gets_a_suggestion() -> None:
     log = a_log()
     assert log.name_of("t_SPINDLE_c") == "T_spindle_C"
-    with refused("unknown_column", Place(file="log")):
+    with refused("unknown_column", file="log"):
         log.column("T_spindel_C")
     two = ThermalLog.from_columns({"T_C": [1.0], "t_c": [2.0]}, time_s=[0.0])
     assert two.column("t_c")[0] == 2.0
-    with refused("column_ambiguous", Place(file="log")):
+    with refused("column_ambiguous", file="log"):
         two.column("T_c")
 
 
@@ -107,7 +106,7 @@ def test_units_are_converted_where_they_can_be() -> None:
     assert log.column("b_F", unit="degC")[0] == pytest.approx(20.0)
     assert log.column("z_mm", unit="um")[0] == pytest.approx(500.0)
     assert log.column("z_nm", unit="um")[0] == pytest.approx(0.5)
-    with refused("wrong_unit", Place(file="log", column="z_mm")):
+    with refused("wrong_unit", file="log", column="z_mm"):
         log.column("z_mm", unit="degC")
 
 
@@ -169,7 +168,7 @@ def test_resampling_keeps_the_mean_and_removes_what_is_faster_than_half_the_new_
 
 def test_a_sample_time_that_cannot_be_is_refused() -> None:
     for sample_time_s in (0.0, -1.0, np.nan, np.inf):
-        with refused("not_positive", Place(key="sample_time_s")):
+        with refused("not_positive", key="sample_time_s"):
             a_log().resample(sample_time_s)
     with refused("too_many_blocks", sample_time_s=1e-9):
         a_log().resample(1e-9)
@@ -197,7 +196,7 @@ def test_known_channels_say_where_a_minus_belongs_to_a_name() -> None:
     found = parse_input("x=T-1_c-T-2_c", channels=channels)
     assert (found.plus, found.minus) == ("T-1_c", "T-2_c")
     assert parse_input("x=T-1_c", channels=channels).minus is None
-    with refused("ambiguous_difference", Place(key="input")):
+    with refused("ambiguous_difference", key="input"):
         parse_input("x=T-1_c-T-2_c")
 
 
@@ -208,15 +207,15 @@ def test_what_defines_no_input_is_refused() -> None:
         ("input_minus_itself", ("x=a-a",)),
     ):
         for text in texts:
-            with refused(code, Place(key="input")):
+            with refused(code, key="input"):
                 parse_input(text)
 
 
 def test_inputs_need_names_of_their_own() -> None:
     check_inputs([InputDefinition("a", "x"), InputDefinition("b", "x")])
-    with refused("stated_twice", Place(key="input")):
+    with refused("stated_twice", key="input"):
         check_inputs([InputDefinition("a", "x"), InputDefinition("a", "y")])
-    with refused("no_input", Place(key="input")):
+    with refused("no_input", key="input"):
         check_inputs([])
 
 
@@ -226,10 +225,10 @@ def test_an_input_is_evaluated_in_the_rows_of_the_log() -> None:
     np.testing.assert_array_equal(evaluate_input(log, definition), np.arange(10.0) - 1.0)
     mixed = ThermalLog.from_columns({"a_K": [293.15], "b_C": [18.0]}, time_s=[0.0])
     assert evaluate_input(mixed, parse_input("a_K-b_C"))[0] == pytest.approx(2.0)
-    with refused("units_differ", Place(file="log")):
+    with refused("units_differ", file="log"):
         evaluate_input(log, parse_input("T_spindle_C-speed_rpm"))
     apart = ThermalLog.from_columns({"a_C": [1.0, np.nan], "b_C": [np.nan, 1.0]}, time_s=[0, 1])
-    with refused("input_without_value", Place(file="log")):
+    with refused("input_without_value", file="log"):
         evaluate_input(apart, parse_input("a_C-b_C"))
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.thermal import ModalPart, ThermalModel, simulate_modal, step_response
 
 MODEL = ThermalModel(
@@ -89,5 +88,5 @@ def test_inputs_and_states_that_do_not_fit_the_model_are_refused():
     ):
         with refused(says):
             simulate_modal(MODEL, step_s, u)
-    with refused("wrong_shape", Place(key="initial_state")):
+    with refused("wrong_shape", key="initial_state"):
         simulate_modal(MODEL, 1.0, np.zeros((5, 2)), [np.zeros(1), np.zeros(1)])

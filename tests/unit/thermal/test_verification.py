@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from tests.refusals import refused
-from thermaxis.codes import Place
 from thermaxis.compensation import (
     CompensationModel,
     GainPoint,
@@ -242,13 +241,13 @@ def test_a_constant_output_has_no_fit_and_says_the_rest() -> None:
 
 def test_what_cannot_be_compared_is_refused_in_words() -> None:
     record = log()
-    with refused("no_log", Place(key="logs")):
+    with refused("no_log", key="logs"):
         verify(MODEL, [])
-    with refused("unknown_column", Place(file="test 1")):
+    with refused("unknown_column", file="test 1"):
         verify(MODEL, [record.select(["Z_um", "T_spindle_C", "T_column_C"])])
-    with refused("no_output_column", Place(file="test 1")):
+    with refused("no_output_column", file="test 1"):
         verify(MODEL, [record.select(["T_table_C", "T_spindle_C", "T_column_C"])])
-    with refused("unknown_name", Place(key="measured", channel="Z_um")):
+    with refused("unknown_name", key="measured", channel="Z_um"):
         verify(MODEL, [record], [MeasuredOutput("Z_um", "X_um")])
 
 

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.cli._reading import Reading
-from thermaxis.codes import Message, Place, remark
+from thermaxis.codes import Message, remark
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_positioning
 from thermaxis.positioning import DriftResult, FloatArray, evaluate_drift
@@ -76,12 +76,10 @@ def _times_in_run(
 ) -> tuple[FloatArray, list[Message]]:
     if result.time_s is not None:
         if drift.reference_time_s is None:
-            raise ConfigurationError("run_without_times", place=Place(key="--times"))
+            raise ConfigurationError("run_without_times", key="--times")
         return result.time_s, []
     if len(result.fields) > 2:
-        raise ConfigurationError(
-            "option_needs", place=Place(key="--run"), option="--run", needed="--times"
-        )
+        raise ConfigurationError("option_needs", key="--run", option="--run", needed="--times")
     return drift.time_s[[0, -1]], [remark("images_without_times")]
 
 

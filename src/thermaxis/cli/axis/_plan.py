@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import plan_as_json, plan_sha256
 from thermaxis.messages import sentence_of
@@ -156,7 +156,7 @@ def _searched(
     if not found.reached:
         raise ConfigurationError(
             "uncertainty_not_reached",
-            place=Place(key="--target-uncertainty"),
+            key="--target-uncertainty",
             hours=longest_s / 3600.0,
             wanted=wanted,
             unit=plan.kind.units.deviation,

@@ -22,7 +22,7 @@ from thermaxis.cli._json import show
 from thermaxis.cli._outputs import REPORT_SUFFIXES, check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli._reading import Reading, add_reading, reading_of
-from thermaxis.codes import NOWHERE, Message, Place, printable
+from thermaxis.codes import NOWHERE, Message, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import RunColumn, RunMapping
 from thermaxis.messages import remedy_of, sentence_of
@@ -253,11 +253,16 @@ def _check_complete(arguments: argparse.Namespace, evaluated: PositioningReport)
     """Refuse a draft that is to be final; say of a digital certificate that it is a draft."""
     missing = ", ".join(evaluated.missing_fields)
     if missing and arguments.final:
-        place = Place(file=str(arguments.header or ""), key="--final")
-        raise ConfigurationError("certificate_incomplete", place=place, missing=missing)
+        raise ConfigurationError(
+            "certificate_incomplete", file=arguments.header or "", key="--final", missing=missing
+        )
     if arguments.final and (dates := evaluated.impossible_dates):
-        place = Place(file=str(arguments.header or ""), key=str(dates[0].values["key"]))
-        raise ConfigurationError("certificate_date_impossible", place=place, dates=dates)
+        raise ConfigurationError(
+            "certificate_date_impossible",
+            file=arguments.header or "",
+            key=str(dates[0].values["key"]),
+            dates=dates,
+        )
     if missing and any(path.suffix.lower() == ".xml" for path in arguments.report):
         draft = sentence_of(Message("warning-draft", {"missing": missing}))
         sys.stderr.write(f"warning: {printable(draft, _LONGEST_WARNING)}\n")

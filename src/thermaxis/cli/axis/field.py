@@ -18,7 +18,7 @@ from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._reading import ABOUT_TABLES, add_reading, reading_of
 from thermaxis.cli.axis._field_drift import DriftAtImages, drift_at_images
-from thermaxis.codes import Message, Place, remark
+from thermaxis.codes import Message, remark
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_field_csv, read_flir, read_regions
 from thermaxis.files.images import is_jpeg
@@ -99,9 +99,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse what cannot be, before anything is read or written."""
     if len(arguments.images) < 2:
-        raise ConfigurationError(
-            "too_few_images", place=Place(key="IMAGE"), images=len(arguments.images)
-        )
+        raise ConfigurationError("too_few_images", key="IMAGE", images=len(arguments.images))
     refuse_alone(arguments, "--run", *ABOUT_TABLES)
     check_outputs([("--json", arguments.json)], arguments.images, charts=arguments.figures)
 

@@ -5,7 +5,6 @@ import sys
 from pathlib import Path
 
 from thermaxis.cli._arguments import adder, refuse_foreign
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_rtl, write_thermal_log, write_tidy_csv
 from thermaxis.virtual import LATHE_SEED, generate_lathe_test, paper_x_axis, paper_y_axis
@@ -43,9 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _lathe_test(arguments)
     suffix = output.suffix.lower()
     if suffix not in {".csv", ".rtl"}:
-        raise ConfigurationError(
-            "unknown_run_suffix", place=Place(file=str(output), key="--output"), suffix=suffix
-        )
+        raise ConfigurationError("unknown_run_suffix", file=output, key="--output", suffix=suffix)
     measure = paper_x_axis if arguments.axis == "x-axis" else paper_y_axis
     generated = measure(arguments.seed, cycles=arguments.cycles, noise_um=arguments.noise_um)
     if suffix == ".csv":
@@ -63,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _lathe_test(arguments: argparse.Namespace) -> int:
     output: Path = arguments.output
     if output.suffix.lower() != ".csv":
-        raise ConfigurationError("written_as_csv", place=Place(file=str(output), key="--output"))
+        raise ConfigurationError("written_as_csv", file=output, key="--output")
     refuse_foreign(arguments, "x-axis and y-axis", "--cycles", "--noise-um")
     seed = LATHE_SEED if arguments.seed is None else arguments.seed
     log = generate_lathe_test(arguments.axis.removeprefix("lathe-"), seed)

@@ -24,7 +24,6 @@ from thermaxis.cli._arguments import (
 from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs, check_table_name, write_ascii
 from thermaxis.cli.axis.tables.control import add_control, axis_name
-from thermaxis.codes import Place
 from thermaxis.controls import (
     TRAVEL_UNSTATED,
     Control,
@@ -98,8 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Write the program, and say what the operator must know."""
     check_table_name(arguments.output)
     if (arguments.plan is None) == (arguments.touch is None):
-        place = Place(key="--touch")
-        raise ConfigurationError("either_option", one="PLAN", other="--touch", place=place)
+        raise ConfigurationError("either_option", one="PLAN", other="--touch", key="--touch")
     check_outputs([("-o", arguments.output)], [arguments.plan] if arguments.plan else [])
     control = control_by_name(arguments.control)
     refuse_alone(arguments, "--touch", "--from", "--search", "--feed", "--every", "--times")

@@ -12,7 +12,6 @@ from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli._reading import Reading, add_reading, reading_of
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.files import RunMapping, read_positioning
 from thermaxis.positioning import FIGURE_KEYS, PositioningTest
@@ -82,9 +81,7 @@ def _read(paths: list[Path], reading: Reading) -> list[tuple[str, PositioningTes
 def _check_outputs(arguments: argparse.Namespace) -> None:
     """Refuse an output that cannot be written, before anything is read or written."""
     if arguments.json == "-" and arguments.csv == "-":
-        raise ConfigurationError(
-            "options_exclude", place=Place(key="--csv"), one="--json -", other="--csv -"
-        )
+        raise ConfigurationError("options_exclude", key="--csv", one="--json -", other="--csv -")
     check_outputs(
         [("--json", arguments.json), ("--csv", arguments.csv)],
         [*arguments.runs, arguments.map],

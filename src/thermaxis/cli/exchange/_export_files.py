@@ -10,7 +10,7 @@ from thermaxis import plc
 from thermaxis.cli._arguments import refuse_foreign
 from thermaxis.cli.exchange._export_places import typed_place
 from thermaxis.cli.exchange._export_settings import Exported, exported_of
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc import remark_text, setting_warnings
 from thermaxis.plc.guide import LARGEST_S7_300_BYTES, REPORT_ENDING, TEMPCOMP, instance_bytes
@@ -120,7 +120,7 @@ def target_of(arguments: argparse.Namespace) -> tuple[plc.Target, bool]:
         refuse_foreign(arguments, "ST", "--flavour")
     if dialect in _SCL:
         if cpu == "s7-300" and arguments.real == "64":
-            raise ConfigurationError("no_lreal_in_cpu", place=Place(key="--real"))
+            raise ConfigurationError("no_lreal_in_cpu", key="--real")
         double = arguments.real != "32" if cpu != "s7-300" else False
         return plc.Target(dialect, cpu or ("s7-1500" if double else "s7-300")), double
     variant = (flavour or "iec") if dialect in _ST else dialect

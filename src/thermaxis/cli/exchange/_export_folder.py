@@ -8,7 +8,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import cast
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc.guide import REPORT_ENDING, REPORT_FORMAT, REPORT_HASH, report_sha256
 
@@ -17,29 +16,27 @@ _LARGEST_REPORT_BYTES = 5_000_000
 
 def require_folder(folder: Path) -> None:
     """Refuse a folder that holds anything but an older export that nobody has changed."""
-    place = Place(file=str(folder))
     if not folder.absolute().parent.is_dir():
-        raise ConfigurationError("folder_missing", place=place)
+        raise ConfigurationError("folder_missing", file=folder)
     if not folder.exists() and not folder.is_symlink():
         return
     if not folder.is_dir() or folder.is_symlink():
-        raise ConfigurationError("not_a_folder", place=place)
+        raise ConfigurationError("not_a_folder", file=folder)
     _require_own(folder, folder)
 
 
 def _require_own(lies_in: Path, folder: Path) -> None:
     """Refuse what is no older export that nobody has changed; errors name the folder."""
-    place = Place(file=str(folder))
     lying = {entry.name: entry for entry in lies_in.iterdir()}
     if not lying:
         return
     known = _own_files(lying)
     foreign = sorted(set(lying) - set(known))
     if foreign:
-        raise ConfigurationError("folder_holds_foreign_file", place=place, name=foreign[0])
+        raise ConfigurationError("folder_holds_foreign_file", file=folder, name=foreign[0])
     for name, digest in known.items():
         if name in lying and digest and _hash(lying[name]) != digest:
-            raise ConfigurationError("exported_file_changed", place=place, name=name)
+            raise ConfigurationError("exported_file_changed", file=folder, name=name)
 
 
 def _own_files(lying: Mapping[str, Path]) -> dict[str, str]:
@@ -108,7 +105,5 @@ def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
 
 def _unwritten(folder: Path, error: OSError) -> ConfigurationError:
     return ConfigurationError(
-        "folder_unwritable",
-        place=Place(file=str(folder)),
-        cause=error.strerror or type(error).__name__,
+        "folder_unwritable", file=folder, cause=error.strerror or type(error).__name__
     )

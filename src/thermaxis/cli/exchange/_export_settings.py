@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from thermaxis.cli._arguments import number, refuse_both, refuse_foreign
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -112,9 +112,7 @@ def _with_stated_references(source: ModelSource) -> ModelSource:
     lacking = [channel for channel in model.channels if channel not in model.reference_c]
     if lacking:
         raise ConfigurationError(
-            "no_stated_reference",
-            place=Place(file=source.name, key="--reference"),
-            channels=", ".join(lacking),
+            "no_stated_reference", file=source.name, key="--reference", channels=", ".join(lacking)
         )
     return source._replace(model=replace(model, reference=STATED))
 
@@ -132,7 +130,7 @@ def _at_positions(
         if begins != (first.reference, first.input_filter_s):
             raise ConfigurationError(
                 "models_begin_differently",
-                place=Place(file=source.name),
+                file=source.name,
                 reference=source.model.reference,
                 filter_s=source.model.input_filter_s,
                 first_reference=first.reference,
@@ -158,25 +156,21 @@ def _placed_outputs(
         if any(name for name, _ in stated) or len(stated) != len(sources):
             raise ConfigurationError(
                 "models_and_positions_differ",
-                place=Place(key="--at"),
+                key="--at",
                 models=len(sources),
                 positions=len(stated),
             )
         for source in sources:
             if len(source.model.outputs) != 1:
                 raise ConfigurationError(
-                    "model_has_several_outputs",
-                    place=Place(file=source.name),
-                    outputs=len(source.model.outputs),
+                    "model_has_several_outputs", file=source.name, outputs=len(source.model.outputs)
                 )
         pairs = zip(sources, stated, strict=True)
         return [(source.model.outputs[0], at_mm) for source, (_, at_mm) in pairs]
     known = {output.name: output for source in sources for output in source.model.outputs}
     positions = dict(stated)
     if len(positions) != len(stated) or set(positions) - set(known) or len(positions) < 2:
-        raise ConfigurationError(
-            "line_needs_two_positions", place=Place(key="--at"), known=", ".join(known)
-        )
+        raise ConfigurationError("line_needs_two_positions", key="--at", known=", ".join(known))
     return [(known[name], at_mm) for name, at_mm in positions.items()]
 
 
@@ -187,7 +181,8 @@ def _common_reference(sources: tuple[ModelSource, ...]) -> dict[str, float]:
             if source.model.reference == STATED and reference_c.get(channel, value_c) != value_c:
                 raise ConfigurationError(
                     "reference_temperatures_differ",
-                    place=Place(file=source.name, channel=channel),
+                    file=source.name,
+                    channel=channel,
                     value_c=value_c,
                     other_c=reference_c[channel],
                 )
@@ -227,8 +222,7 @@ def exported_of(arguments: argparse.Namespace, *, tempcomp: bool) -> Exported:
     else:
         source, *others = sources
         if others:
-            place = Place(key="MODEL")
-            raise ConfigurationError("block_has_one_model", place=place, models=len(sources))
+            raise ConfigurationError("block_has_one_model", key="MODEL", models=len(sources))
         refuse_foreign(arguments, "a line through positions", "--reference-position")
         if not tempcomp:
             refuse_foreign(arguments, "--dialect sinumerik-tempcomp", "--at", "--positive")
@@ -239,7 +233,7 @@ def exported_of(arguments: argparse.Namespace, *, tempcomp: bool) -> Exported:
     away: tuple[bool, ...] = ()
     if tempcomp:
         if not arguments.positive or (positions and any(name for name, _ in arguments.positive)):
-            raise ConfigurationError("direction_not_stated", place=Place(key="--positive"))
+            raise ConfigurationError("direction_not_stated", key="--positive")
         form = "OUTPUT=away|towards"
         stated = _by_name(arguments.positive, origins, "--positive", form, "Z_um=away")
         away = tuple(stated[origin] for origin in origins)
@@ -268,7 +262,7 @@ def _of_machine(
     if lacking:
         raise ConfigurationError(
             "no_limits_of_output",
-            place=Place(file=str(path)),
+            file=path,
             outputs=", ".join(lacking),
             known=", ".join(rules.limits),
         )
@@ -335,7 +329,7 @@ def _by_name(
     if lacking:
         raise ConfigurationError(
             "not_stated_for",
-            place=Place(key=option),
+            key=option,
             names=", ".join(lacking),
             option=option,
             form=form,
@@ -354,7 +348,7 @@ def _only(
     if foreign:
         raise ConfigurationError(
             "unknown_name",
-            place=Place(key=option),
+            key=option,
             name=", ".join(foreign),
             known=", ".join(dict.fromkeys(known)),
         )

@@ -15,7 +15,6 @@ import numpy as np
 
 from thermaxis import __version__
 from thermaxis.cli._arguments import adder
-from thermaxis.codes import Place
 from thermaxis.compensation import STATED, CompensationModel, Output, Part, Section
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_model, write_thermal_log, write_tidy_csv
@@ -48,15 +47,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Write the folder."""
     folder: Path = arguments.folder
-    place = Place(str(folder), key="FOLDER")
     if lying := sorted(folder.iterdir()) if folder.is_dir() else []:
-        raise ConfigurationError("folder_not_empty", place=place, name=lying[0].name)
+        raise ConfigurationError("folder_not_empty", file=folder, key="FOLDER", name=lying[0].name)
     try:
         for part in ("positioning", "thermal"):
             (folder / part).mkdir(parents=True)
     except OSError as error:
         cause = error.strerror or type(error).__name__
-        raise ConfigurationError("folder_unwritable", place=place, cause=cause) from error
+        raise ConfigurationError(
+            "folder_unwritable", file=folder, key="FOLDER", cause=cause
+        ) from error
     for name, test in positioning_tests():
         write_tidy_csv(test, folder / "positioning" / f"{name}.csv")
         _write_json(folder / "positioning" / f"{name}.json", _figures(test))

@@ -19,7 +19,7 @@ from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
 from thermaxis.cli._reading import add_reading, reading_of
 from thermaxis.cli.axis.trend import values_of_change
-from thermaxis.codes import Place, printable
+from thermaxis.codes import printable
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.files import (
     format_model,
@@ -195,10 +195,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _add(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     if arguments.model.suffix.casefold() == ".toml":
-        raise ConfigurationError("configuration_for_model", place=Place(str(arguments.model)))
+        raise ConfigurationError("configuration_for_model", file=arguments.model)
     if arguments.from_sisters:
         if arguments.model.exists():
-            raise ConfigurationError("file_exists", place=Place(str(arguments.model)))
+            raise ConfigurationError("file_exists", file=arguments.model)
         watched = {one.machine for one in registry.standings() if one.night is not None}
         sisters = {
             one.name: parse_model(one.model, name=one.name)
@@ -214,8 +214,9 @@ def _add(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     known = [*model.channels, *(output.name for output in model.outputs)]
     for name in channels:
         if name not in known:
-            place = Place(key="--channel")
-            raise ConfigurationError("unknown_name", place=place, name=name, known=", ".join(known))
+            raise ConfigurationError(
+                "unknown_name", key="--channel", name=name, known=", ".join(known)
+            )
     machine = fleet.FleetMachine(
         *(arguments.machine, arguments.kind, format_model(model), model_sha256(model)), channels
     )
@@ -345,7 +346,7 @@ def _night(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     today = datetime.now(UTC).date()
     asked = date.fromisoformat(arguments.day) if arguments.day else today - timedelta(days=1)
     if asked >= today:
-        raise ConfigurationError("day_not_over", place=Place(key="--day"))
+        raise ConfigurationError("day_not_over", key="--day")
     chosen = {machine.name for machine in registry.machines(arguments.machine)}
     missing = [m for m in registry.missing(asked, again=arguments.again) if m.name in chosen]
     late = [
@@ -490,7 +491,7 @@ def _decide(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
     accepted, name = arguments.action == "accept", arguments.machine
     output: Path | None = arguments.output if accepted else None
     if output is not None and output.exists():
-        raise ConfigurationError("file_exists", place=Place(str(output)))
+        raise ConfigurationError("file_exists", file=output)
     found = registry.decide(name, accepted=accepted, who=arguments.who, why=arguments.why)
     said = "accepted" if accepted else "rejected"
     sys.stdout.write(f"The proposal {found.sha256} for {name} is {said}.\n")

@@ -9,7 +9,6 @@ from datetime import datetime
 from typing import TYPE_CHECKING, final
 
 from thermaxis import files, runtime
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import history, sinks, sources
 from thermaxis.runtime.config import configuration_sha256
@@ -200,9 +199,7 @@ def probes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSetting
 def _replay(configuration: "MachineConfiguration", clock: "Clock") -> "tuple[Source, PacedClock]":
     settings = configuration.source
     if settings.log is None:
-        raise ConfigurationError(
-            "missing_key", place=Place(file=str(configuration.path), key="source.log")
-        )
+        raise ConfigurationError("missing_key", file=configuration.path, key="source.log")
     mapping = None if settings.mapping is None else files.read_thermal_mapping(settings.mapping)
     log = files.read_thermal_log(settings.log, mapping=mapping)
     replay = sources.ReplayClock()

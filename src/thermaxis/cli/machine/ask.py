@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 from thermaxis.cli._arguments import adder, number, positive_seconds, refuse_foreign
-from thermaxis.codes import Place
 from thermaxis.compensation import LARGEST_LIMIT_UM, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
@@ -37,9 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
         refuse_foreign(arguments, "touch", "--output", "--um", "--age")
     elif arguments.output is None or arguments.um is None:
         needed = "--output, --um"
-        raise ConfigurationError(
-            "option_needs", option="touch", needed=needed, place=Place("touch")
-        )
+        raise ConfigurationError("option_needs", option="touch", needed=needed, file="touch")
     else:
         touch = (arguments.output, arguments.um, arguments.age or 0.0)
     answer = ask_loop(state_file_of(arguments.configuration), kind, touch)

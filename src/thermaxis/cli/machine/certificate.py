@@ -19,7 +19,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from thermaxis.cli._arguments import adder
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
 from thermaxis.runtime import SECURITIES, Certificate, CertificateUse, opcua
@@ -141,7 +140,7 @@ def _as_text(certificate: Certificate, now: datetime, name: str) -> str:
 def _fetch(arguments: argparse.Namespace) -> None:
     table: Path | None = arguments.connection
     if table is not None and table.exists():
-        raise ConfigurationError("file_exists", place=Place(str(table), key="--connection"))
+        raise ConfigurationError("file_exists", file=table, key="--connection")
     library = logging.getLogger("asyncua")
     level = library.level
     library.setLevel(logging.CRITICAL)  # what fails is said in words
@@ -149,13 +148,12 @@ def _fetch(arguments: argparse.Namespace) -> None:
         offers = asyncio.run(opcua.fetch_offers(arguments.url, arguments.timeout))
     finally:
         library.setLevel(level)
-    place = Place(file=arguments.url)
     offer = _chosen(offers, arguments)
     sys.stdout.write(_as_text(offer.certificate, _now(), arguments.url))
     sys.stdout.write(f"policies      {', '.join(offer.policies) or 'none that encrypts'}\n")
     sys.stdout.write(f"users         {', '.join(offer.users) or 'not stated'}\n")
     if arguments.fingerprint is None and not _confirmed():
-        raise ConfigurationError("fingerprint_not_confirmed", place=place)
+        raise ConfigurationError("fingerprint_not_confirmed", file=arguments.url)
     with nullcontext() if table is None else whole_file(table) as stream:  # both or neither
         if stream is not None:
             stream.write(_table(arguments, offer).encode())
@@ -195,16 +193,15 @@ def _table(arguments: argparse.Namespace, offer: opcua.ServerOffer) -> str:
 def _chosen(
     offers: Sequence[opcua.ServerOffer], arguments: argparse.Namespace
 ) -> opcua.ServerOffer:
-    place = Place(file=arguments.url)
     if not offers:
-        raise ConfigurationError("no_server_certificate", place=place)
+        raise ConfigurationError("no_server_certificate", file=arguments.url)
     if arguments.fingerprint is None:
         usable = [offer for offer in offers if offer.policies] or list(offers)
         if len(usable) == 1:
             return usable[0]
         raise ConfigurationError(
             "several_server_certificates",
-            place=place,
+            file=arguments.url,
             fingerprints=", ".join(offer.certificate.sha256 for offer in usable),
         )
     wanted = _digits(arguments.fingerprint)
@@ -213,7 +210,7 @@ def _chosen(
             return offer
     raise ConfigurationError(
         "other_fingerprint",
-        place=place,
+        file=arguments.url,
         fingerprints=", ".join(offer.certificate.sha256 for offer in offers),
     )
 

@@ -18,7 +18,7 @@ from thermaxis import runtime
 from thermaxis.cli._arguments import adder, refuse_alone
 from thermaxis.cli.machine._machine_parts import MachineParts, build_parts, sole_runner
 from thermaxis.cli.machine._signals import at_signals
-from thermaxis.codes import Message, Place, printable
+from thermaxis.codes import Message, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence_of
 from thermaxis.runtime.checks import DEFAULT_STEP_UM, Measure
@@ -70,10 +70,10 @@ def run(arguments: argparse.Namespace) -> int:
     output = arguments.output or (next(iter(limits)) if len(limits) == 1 else "")
     if output not in limits:
         code, known = "unknown_name" if output else "output_unstated", ", ".join(limits)
-        raise ConfigurationError(code, place=Place(key="--output"), name=output, known=known)
+        raise ConfigurationError(code, key="--output", name=output, known=known)
     if configuration.sink.kind == "dry":
         raise ConfigurationError(
-            "dry_run_has_no_offset", place=Place(file=str(arguments.configuration), key="sink.kind")
+            "dry_run_has_no_offset", file=arguments.configuration, key="sink.kind"
         )
     if not arguments.touch:
         refuse_alone(arguments, "--probe", "--yes")
@@ -160,8 +160,7 @@ async def _prove(
         )
         forbidden = runtime.reasons_against(looked)
         if forbidden:
-            place = Place(file=str(configuration.path))
-            raise DataError("self_test_forbids", place=place, reasons=forbidden)
+            raise DataError("self_test_forbids", file=configuration.path, reasons=forbidden)
         measure = _probe(parts, configuration, arguments) if arguments.probe else _gauge
         if arguments.touch:
             rules = configuration.compensation
@@ -195,7 +194,7 @@ async def wait_for_machine(
     causes = tuple(failure for failure in failures if failure is not None)
     raise DataError(
         "machine_not_reached",
-        place=Place(file=str(configuration.path)),
+        file=configuration.path,
         cause=causes or (Message("error-machine_silent"),),
     )
 
@@ -204,8 +203,7 @@ def _touch_noise_um(configuration: runtime.MachineConfiguration, output: str) ->
     """Return the standard deviation of a touch. [um]"""
     rules, probe = configuration.rules.touches.get(output), configuration.probes.get(output)
     if rules is None or probe is None or not probe.counter_node:
-        place = Place(file=str(configuration.path), key=f"probe.{output}")
-        raise ConfigurationError("touches_not_read", place=place)
+        raise ConfigurationError("touches_not_read", file=configuration.path, key=f"probe.{output}")
     return rules.noise_um
 
 
@@ -252,7 +250,7 @@ def _probe(
         if len(readings) < _FEWEST_READINGS:
             raise DataError(
                 "probe_not_measuring",
-                place=Place(key=arguments.probe),
+                key=arguments.probe,
                 readings=len(readings),
                 needed=_FEWEST_READINGS,
             )

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from thermaxis.cli._arguments import adder
 from thermaxis.cli._outputs import check_outputs, check_table_name, write_ascii
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import read_machine
 from thermaxis.runtime.sinks import LinuxCncSettings, hal_text
@@ -33,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
         check_outputs([("-o", output)], [path])
     settings = read_machine(path).sink.linuxcnc
     if settings is None:
-        raise ConfigurationError("sink_not_linuxcnc", place=Place(file=str(path), key="sink.kind"))
+        raise ConfigurationError("sink_not_linuxcnc", file=path, key="sink.kind")
     if output is None:
         sys.stdout.write(hal_text(settings))
         return 0

@@ -15,7 +15,7 @@ from thermaxis.cli._arguments import add_json, adder, count, positive_seconds, r
 from thermaxis.cli._database import add_password_file, database_of
 from thermaxis.cli._json import show, write_json
 from thermaxis.cli._progress import Progress
-from thermaxis.codes import Place, printable
+from thermaxis.codes import printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.table import parse_moment
 from thermaxis.messages import text_of
@@ -135,13 +135,13 @@ def _span(
     if arguments.length_s is not None:
         if first is not None or last is not None:
             raise ConfigurationError(
-                "options_exclude", place=Place(key="--last"), one="--last", other="--from, --to"
+                "options_exclude", key="--last", one="--last", other="--from, --to"
             )
         whole = reader.span()
         if whole is not None:
             first = whole[1] - timedelta(seconds=arguments.length_s)
     if first is not None and last is not None and first >= last:
-        raise ConfigurationError("span_ends_before_it_begins", place=Place(key="--from, --to"))
+        raise ConfigurationError("span_ends_before_it_begins", key="--from, --to")
     return first, last
 
 
@@ -149,7 +149,7 @@ def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
     output: Path = arguments.output
     if output.suffix.casefold() not in {".parquet", ".csv"}:
         raise ConfigurationError(
-            "history_suffix", place=Place(file=str(output), key="--output"), suffix=output.suffix
+            "history_suffix", file=output, key="--output", suffix=output.suffix
         )
     with history.HistoryReader(url, password) as reader:
         first, last = _span(arguments, reader)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import cast
 
 from thermaxis.cli._arguments import adder
-from thermaxis.codes import Place, printable
+from thermaxis.codes import printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_model
 from thermaxis.files.settings import read_toml, refuse, tree_of
@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Browse the server and write the file."""
     output: Path | None = arguments.output
     if output is not None and output.exists():
-        raise ConfigurationError("file_kept", place=Place(str(output)))
+        raise ConfigurationError("file_kept", file=output)
     folder = (output or Path("machine.toml")).absolute().parent
     table, settings = _connection(arguments.connection, arguments.url, folder)
     found = asyncio.run(browse_server(open_connection(_NAME, settings), SystemClock()))
@@ -86,8 +86,7 @@ def _connection(
     if file is not None:
         tables = cast("dict[str, dict[str, object]]", read_toml(file).get("connection", {}))
         if len(tables) != 1:
-            place = Place(str(file), key="connection")
-            raise ConfigurationError("connection_not_alone", place=place)
+            raise ConfigurationError("connection_not_alone", file=file, key="connection")
         (table,) = tables.values()
     table = {**table, "url": url}
     found = tree_of(ConnectionSettings, table, (file or Path("machine.toml")).absolute().parent)

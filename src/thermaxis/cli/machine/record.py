@@ -20,7 +20,7 @@ from thermaxis import files, runtime
 from thermaxis.cli._arguments import adder, positive_seconds
 from thermaxis.cli._planned_test import check_inputs_stated, told_of_plan
 from thermaxis.cli.machine._signals import at_signals
-from thermaxis.codes import Message, Place, printable
+from thermaxis.codes import Message, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence_of
 from thermaxis.report.tables import text_table
@@ -61,9 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Record."""
     if (arguments.output is None) != bool(arguments.only_try):
-        raise ConfigurationError(
-            "either_option", place=Place(key="--output"), one="--output", other="--try"
-        )
+        raise ConfigurationError("either_option", key="--output", one="--output", other="--try")
     settings = runtime.read_record(arguments.configuration)
     if arguments.only_try:
         return asyncio.run(_tried(settings))
@@ -89,7 +87,7 @@ def _record(
     if plan is not None and (last := told_of_plan(plan, summary.files)) is not None:
         _tell(last)
     if summary.error:
-        raise DataError("rows_not_written", place=Place(file=str(folder)), cause=summary.error)
+        raise DataError("rows_not_written", file=folder, cause=summary.error)
     return 0
 
 

@@ -20,7 +20,6 @@ from thermaxis import runtime, virtual
 from thermaxis.cli._arguments import adder, number, positive_seconds
 from thermaxis.cli._json import show
 from thermaxis.cli.machine._machine_parts import loop_settings
-from thermaxis.codes import Place
 from thermaxis.compensation import Request, RequestKind, TouchOutcome
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence, sentence_of
@@ -74,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     if foreign or len(configuration.outputs) != 1:
         raise ConfigurationError(
             "not_the_lathes",
-            place=Place(file=str(arguments.configuration)),
+            file=arguments.configuration,
             channels=", ".join(foreign),
             outputs=len(configuration.outputs),
             known=", ".join(virtual.SENSORS),
@@ -82,8 +81,9 @@ def run(arguments: argparse.Namespace) -> int:
     (output,) = configuration.outputs
     probe = configuration.probes.get(output)
     if arguments.touch_every is not None and (probe is None or not probe.counter_node):
-        place = Place(file=str(arguments.configuration), key=f"probe.{output}")
-        raise ConfigurationError("touches_not_read", place=place)
+        raise ConfigurationError(
+            "touches_not_read", file=arguments.configuration, key=f"probe.{output}"
+        )
     faults = [virtual.parse_fault(text, virtual.FAULTY) for text in arguments.fault]
     own, cycle_s = virtual.OffsetRules(), configuration.compensation.cycle_s
     own = replace(own, watchdog_s=max(own.watchdog_s or 0.0, _WATCHDOG_CYCLES * cycle_s))
@@ -92,9 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
     endless = lathe.scenario.endless
     hours = arguments.hours or (24.0 if endless else lathe.scenario.duration_s / 3600.0)
     if arguments.history is not None and arguments.history.exists():
-        raise ConfigurationError(
-            "file_exists", place=Place(file=str(arguments.history), key="--history")
-        )
+        raise ConfigurationError("file_exists", file=arguments.history, key="--history")
     rehearsal = _Rehearsal(configuration, lathe, arguments.diameter, arguments.history)
     runtime.run_in_virtual_time(rehearsal.play(hours))
     show(rehearsal.described(hours), None)

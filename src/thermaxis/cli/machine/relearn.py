@@ -17,7 +17,7 @@ from pathlib import Path
 from thermaxis import __version__, thermal
 from thermaxis.cli._arguments import add_json, adder, positive_seconds, refuse_foreign
 from thermaxis.cli._json import show
-from thermaxis.codes import Place, message_as_json
+from thermaxis.codes import message_as_json
 from thermaxis.compensation import CompensationModel, Provenance, RequestKind, TrainingLog
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_model
@@ -60,9 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
         what = "a look at the history"
         refuse_foreign(arguments, what, "--last", "--judge", "--json")
         if arguments.accept is not None and arguments.rollback:
-            place = Place(key="--rollback")
             raise ConfigurationError(
-                "options_exclude", place=place, one="--accept", other="--rollback"
+                "options_exclude", key="--rollback", one="--accept", other="--rollback"
             )
         return _ask(configuration, arguments.accept)
     folder = model_folder(configuration)
@@ -195,7 +194,7 @@ def _ask(configuration: MachineConfiguration, proposal: Path | None) -> int:
         told = read_json_object(path, largest_bytes=_LARGEST_BYTES)
         name, sha256 = str(told.get("proposal")), told.get("proposal_sha256")
         if told.get("parent_sha256") != known.sha256:
-            raise ConfigurationError("proposal_of_other_model", place=Place(path.name))
+            raise ConfigurationError("proposal_of_other_model", file=path.name)
     else:
         every = (
             read_json_object(path, largest_bytes=_LARGEST_BYTES)
@@ -203,10 +202,10 @@ def _ask(configuration: MachineConfiguration, proposal: Path | None) -> int:
         )
         told = next((one for one in every if one.get("proposal_sha256") == known.sha256), None)
         if told is None:
-            raise ConfigurationError("nothing_to_roll_back", place=Place(known.path.name))
+            raise ConfigurationError("nothing_to_roll_back", file=known.path.name)
         name, sha256 = str(told.get("parent")), told.get("parent_sha256")
     if read_model_file(configuration.find_model(name)).sha256 != sha256:
-        raise ConfigurationError("hash_mismatch", place=Place(name, key="sha256"))
+        raise ConfigurationError("hash_mismatch", file=name, key="sha256")
     answer = ask_loop(configuration.state_file, RequestKind.MODEL, name)
     for _ in range(50):  # by what the loop keeps the way back is found
         if not answer.accepted or model_in_force(configuration).sha256 == sha256:

@@ -31,7 +31,7 @@ from thermaxis.cli.machine._machine_parts import (
     sole_runner,
 )
 from thermaxis.cli.machine._signals import at_signals
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.compensation import AnswerCode, Reason, Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
@@ -66,9 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the loop."""
     if arguments.cycles is not None and arguments.cycles < 1:
-        raise ConfigurationError(
-            "not_positive", place=Place(key="--cycles"), value=arguments.cycles
-        )
+        raise ConfigurationError("not_positive", key="--cycles", value=arguments.cycles)
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
     configuration = runtime.read_machine(arguments.configuration)
     with redirect_stdout(_Beside(1)), redirect_stderr(_Beside(2)):

@@ -13,7 +13,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from thermaxis.cli._arguments import adder
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import (
     Role,
@@ -106,7 +105,7 @@ def _set_pin(path: Path, arguments: argparse.Namespace) -> None:
     users = read_users(path)
     user = _found(users, arguments.name, path)
     if user.role is not Role.OPERATOR:
-        raise ConfigurationError("pin_of_operators", name=user.name, place=Place(str(path)))
+        raise ConfigurationError("pin_of_operators", name=user.name, file=path)
     new = replace(user, pin=hash_pin(_secret("PIN", stdin=arguments.stdin)))
     write_users([new if one is user else one for one in users], path)
 
@@ -121,10 +120,7 @@ def _found(users: Sequence[User], name: str, path: Path) -> User:
     found = next((user for user in users if user.name == name), None)
     if found is None:
         raise ConfigurationError(
-            "unknown_name",
-            place=Place(file=str(path)),
-            name=name,
-            known=", ".join(user.name for user in users),
+            "unknown_name", file=path, name=name, known=", ".join(user.name for user in users)
         )
     return found
 
@@ -134,7 +130,7 @@ def _secret(what: str, *, stdin: bool) -> str:
     if stdin:
         return sys.stdin.readline(_LONGEST_LINE).rstrip("\r\n")
     if not sys.stdin.isatty():
-        raise ConfigurationError("no_terminal", place=Place(key="--stdin"))
+        raise ConfigurationError("no_terminal", key="--stdin")
     first = getpass.getpass(f"{what}: ")
     if getpass.getpass("Once more: ") != first:
         raise ConfigurationError("passwords_differ")

@@ -11,7 +11,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from thermaxis.cli._arguments import TIME, UNITS_S, add_mapping, adder, diameter, positive_seconds
-from thermaxis.codes import Place, message_as_json
+from thermaxis.codes import message_as_json
 from thermaxis.compensation import CompensationModel, TrainingLog
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
@@ -57,7 +57,7 @@ class Span(NamedTuple):
                 typed=self.text,
                 rows=log.rows,
                 lasts_h=float(f"{log.duration_s / 3600.0:.3g}"),
-                place=Place(log.where),
+                file=log.where,
             )
         return first, last
 
@@ -182,7 +182,8 @@ def read_logs(
         if reference_s is not None and reference_s > log.duration_s:
             raise ConfigurationError(
                 "reference_too_long",
-                place=Place(file=log.where, key="--reference"),
+                file=log.where,
+                key="--reference",
                 reference_s=reference_s,
                 duration_s=log.duration_s,
             )
@@ -192,11 +193,19 @@ def read_logs(
     return found
 
 
-def entries_of(arguments: argparse.Namespace, paths: Sequence[Path]) -> list[ReadLog]:
-    """Read logs as the options of `add_log_options` say."""
+def entries_of(
+    arguments: argparse.Namespace,
+    paths: Sequence[Path],
+    *,
+    part: Span | None = None,
+    sample_time_s: float | None = None,
+) -> list[ReadLog]:
+    """Read logs, or the same part of each, as the options of `add_log_options` say."""
     return read_logs(
         paths,
         mapping=arguments.mapping,
+        part=part,
+        sample_time_s=sample_time_s,
         masks=arguments.mask,
         as_logged=arguments.as_logged,
         reference_s=arguments.reference,
@@ -257,9 +266,7 @@ def measured_output(text: str) -> MeasuredOutput:
 def rows_of_span(logs: Sequence[ThermalLog], part: Span) -> tuple[int, int]:
     """Return a span as rows of the only log."""
     if len(logs) > 1:
-        raise ConfigurationError(
-            "span_of_several_logs", place=Place(key=f"--span {part.text}"), logs=len(logs)
-        )
+        raise ConfigurationError("span_of_several_logs", key=f"--span {part.text}", logs=len(logs))
     return part.rows_of(logs[0])
 
 

@@ -19,8 +19,8 @@ from thermaxis.cli.thermal._series import add_series, write_log_series
 from thermaxis.cli.thermal._thermal_logs import (
     ReadLog,
     add_log_options,
+    entries_of,
     findings_in,
-    read_logs,
     reading_codes,
     remarks_of,
 )
@@ -44,13 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     with Progress() as progress:
         progress("reading", 0, 0)
-        entries = read_logs(
-            arguments.logs,
-            mapping=arguments.mapping,
-            masks=arguments.mask,
-            as_logged=arguments.as_logged,
-            reference_s=arguments.reference,
-        )
+        entries = entries_of(arguments, arguments.logs)
         progress("checking sensors", 0, 0)
         logs = [entry.log for entry in entries]
         findings = {log.where: findings_in(log, list(log.columns)) for log in logs}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from thermaxis.cli._arguments import adder
 from thermaxis.cli._outputs import check_outputs
-from thermaxis.codes import Place, printable
+from thermaxis.codes import printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_model, write_model
 from thermaxis.thermal import combine_models, parse_gain
@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_outputs([("--output", output)], paths)
     gains = dict(parse_gain(text) for text in arguments.gain)
     if len(gains) < len(arguments.gain):
-        raise ConfigurationError("two_gains_of_one_part", place=Place(key="--gain"))
+        raise ConfigurationError("two_gains_of_one_part", key="--gain")
     model = combine_models([(path.stem, read_model(path)) for path in paths], gains)
     write_model(model, output)
     for entry in model.outputs:

@@ -18,13 +18,12 @@ from thermaxis.cli.thermal._series import add_series, write_run_series
 from thermaxis.cli.thermal._thermal_logs import (
     ReadLog,
     add_log_options,
+    entries_of,
     findings_in,
-    read_logs,
     reading_codes,
     remarks_of,
     span,
 )
-from thermaxis.codes import Place
 from thermaxis.compensation import Provenance
 from thermaxis.errors import ConfigurationError, DataError, require_unique
 from thermaxis.files import write_model
@@ -173,14 +172,8 @@ def run(arguments: argparse.Namespace) -> int:
     _check_outputs(arguments)
     with Progress() as progress:
         progress("reading", 0, 0)
-        entries = read_logs(
-            arguments.logs,
-            mapping=arguments.mapping,
-            part=arguments.span,
-            sample_time_s=arguments.sample_time,
-            masks=arguments.mask,
-            as_logged=arguments.as_logged,
-            reference_s=arguments.reference,
+        entries = entries_of(
+            arguments, arguments.logs, part=arguments.span, sample_time_s=arguments.sample_time
         )
         _check_twice(entries)
         logs = [entry.log for entry in entries]
@@ -262,9 +255,7 @@ def _identified(
 ) -> thermal.Identification:
     """Call the estimator that was asked for."""
     if not arguments.candidates and not (records.highest_k > records.lowest_k).any():
-        raise DataError(
-            "no_input_changes", place=Place(file=", ".join(log.where for log in logs[:3]))
-        )
+        raise DataError("no_input_changes", file=", ".join(log.where for log in logs[:3]))
     options = _modal_options(arguments, [definition.name for definition in records.inputs])
     if arguments.joint is not None:
         return thermal.identify_joint(
@@ -288,8 +279,7 @@ def _modal_options(
     every = [lags.get(name, lags.get("", ())) for name in names]
     lacking = [name for name, its in zip(names, every, strict=True) if lags and not its]
     if lacking:
-        place = Place(key="--lags")
-        raise ConfigurationError("lags_missing", names=", ".join(lacking), place=place)
+        raise ConfigurationError("lags_missing", names=", ".join(lacking), key="--lags")
     return thermal.ModalOptions(
         time_constants_s=tuple(every) if lags else None,
         delays_s=tuple(delays.get(name, 0.0) for name in names) if delays else None,
@@ -301,15 +291,13 @@ def _by_input(key: str, given: Sequence[tuple[str, _T]], names: Sequence[str]) -
     require_unique(key, [name.casefold() for name, _ in given])
     for name, _ in given:
         if name.casefold() not in known:
-            raise ConfigurationError(
-                "unknown_name", name=name, known=tuple(names), place=Place(key=key)
-            )
+            raise ConfigurationError("unknown_name", name=name, known=tuple(names), key=key)
     return {known[name.casefold()]: value for name, value in given}
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
     if not arguments.input and not arguments.candidates:
-        raise ConfigurationError("no_input_named", place=Place(key="--input"))
+        raise ConfigurationError("no_input_named", key="--input")
     check_outputs(
         [
             ("--model", arguments.model),
@@ -322,10 +310,10 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     )
     alone = len(arguments.output) == 1 and arguments.method == "modal" and not arguments.candidates
     if arguments.joint is not None and not alone:
-        raise ConfigurationError("joint_gains_need_one_output", place=Place(key="--joint"))
+        raise ConfigurationError("joint_gains_need_one_output", key="--joint")
     known = arguments.lags or arguments.delay
     if known and (arguments.method != "modal" or arguments.candidates):
-        raise ConfigurationError("lags_of_modal_only", place=Place(key="--lags, --delay"))
+        raise ConfigurationError("lags_of_modal_only", key="--lags, --delay")
     require_unique("--output", arguments.output)
 
 
@@ -338,23 +326,20 @@ def _check_logs(
     """Refuse what no estimator can make anything of."""
     for log in logs:
         if log.rows < _FEWEST_ROWS:
-            raise DataError(
-                "too_few_rows", place=Place(file=log.where), rows=log.rows, needed=_FEWEST_ROWS
-            )
+            raise DataError("too_few_rows", file=log.where, rows=log.rows, needed=_FEWEST_ROWS)
         step_s = _step_of_values(log)
         if arguments.sample_time is not None and arguments.sample_time < _SHORTEST_STEP * step_s:
             raise ConfigurationError(
                 "sample_time_too_short",
-                place=Place(file=log.where, key="--sample-time"),
+                file=log.where,
+                key="--sample-time",
                 sample_time_s=arguments.sample_time,
                 step_s=step_s,
             )
     measured = {name.casefold() for name in outputs}
     for definition in inputs:
         if any(channel.casefold() in measured for channel in definition.channels):
-            raise ConfigurationError(
-                "input_is_displacement", place=Place(key="--input"), name=definition.name
-            )
+            raise ConfigurationError("input_is_displacement", key="--input", name=definition.name)
 
 
 def _step_of_values(log: thermal.ThermalLog) -> float:
@@ -372,7 +357,7 @@ def _check_twice(entries: Sequence[ReadLog]) -> None:
     for training in (entry.training for entry in entries):
         key = (training.sha256, training.first_row, training.rows)
         if key in seen:
-            raise ConfigurationError("same_log_twice", place=Place(file=training.name))
+            raise ConfigurationError("same_log_twice", file=training.name)
         seen.add(key)
 
 
@@ -409,7 +394,7 @@ def _inputs(
         if not names:
             raise ConfigurationError(
                 "no_channel_fits",
-                place=Place(key="--candidates"),
+                key="--candidates",
                 pattern=pattern,
                 known=", ".join(list(logs[0].columns)[:12]),
             )

@@ -35,7 +35,7 @@ from thermaxis.cli.thermal._thermal_logs import (
     span,
     with_clocks_told,
 )
-from thermaxis.codes import Place, printable
+from thermaxis.codes import printable
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_correction_limits, read_model
@@ -197,9 +197,8 @@ def _touches(arguments: argparse.Namespace, outputs: list[str]) -> thermal.Touch
     channels = {entry.output: entry.channel for entry in arguments.touches or ()}
     for name in channels:
         if name not in outputs:
-            place = Place(key="--touches")
             raise ConfigurationError(
-                "unknown_name", place=place, name=name, known=", ".join(outputs)
+                "unknown_name", key="--touches", name=name, known=", ".join(outputs)
             )
     plan = thermal.TouchPlan(
         every_s=arguments.touch_every, within_um=arguments.touch_within_um, channels=channels
@@ -225,10 +224,7 @@ def _limits(path: Path | None, outputs: list[str]) -> dict[str, Limits]:
     for name in limits:
         if name not in outputs:
             raise ConfigurationError(
-                "unknown_name",
-                place=Place(file=str(path), key=name),
-                name=name,
-                known=", ".join(outputs),
+                "unknown_name", file=path, key=name, name=name, known=", ".join(outputs)
             )
     return limits
 

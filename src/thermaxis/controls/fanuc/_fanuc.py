@@ -17,7 +17,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.controls._control import (
     Control,
     GridRule,
@@ -141,7 +141,7 @@ class Fanuc(Control):
                 "program_number_too_high",
                 last=program,
                 highest=HIGHEST_PROGRAM,
-                place=Place(key="--set program_number"),
+                key="--set program_number",
             )
         main += ["G64", "M30"]
         return "".join(f"{line}\n" for line in ("%", *main, *after, "%"))
@@ -207,9 +207,7 @@ class Fanuc(Control):
         points = point_values(table, chosen, number)
         if not chosen.comments and chosen.reference is None and points.reference != 0:
             raise ConfigurationError(
-                "reference_needs_comment",
-                reference=points.reference,
-                place=Place(key="--set comments"),
+                "reference_needs_comment", reference=points.reference, key="--set comments"
             )
         lines = ["%"]
         if chosen.comments:
@@ -323,7 +321,7 @@ def _parameters(
                 "reversal_too_large",
                 reversal_units=lost,
                 largest_units=LARGEST_BACKLASH,
-                place=Place(key="backlash"),
+                key="backlash",
             )
         yield 1851, lost
     yield 3620, points.reference_point

@@ -14,7 +14,6 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
 from thermaxis.controls._control import number_option, whole_option
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import BACKWARD, FORWARD, CompensationTable, FloatArray
@@ -77,7 +76,7 @@ def point_options(kind: AxisKind, options: Mapping[str, str]) -> PointOptions:
     """Return the options of a table as numbers."""
     modulo = options["modulo"] == "1"
     if modulo and kind is not AxisKind.ROTARY:
-        raise ConfigurationError("modulo_of_linear_axis", place=Place(key="--set modulo"))
+        raise ConfigurationError("modulo_of_linear_axis", key="--set modulo")
     reference = None
     if options["reference_coordinate"] != "table":
         reference = number_option(options, "reference_coordinate", lowest=-1e5, highest=1e5)
@@ -149,7 +148,7 @@ def point_values(table: CompensationTable, chosen: PointOptions, axis_number: in
             "no_point_at_reference",
             reference=reference,
             unit=table.kind.units.position,
-            place=Place(key="points"),
+            key="points",
         )
     sections = round(TURN_DEG / step) if chosen.modulo else table.position.size - 1
     # zeros lead from the reference position to a table that does not reach it
@@ -191,11 +190,7 @@ def _check_count(
         # on each side of the reference position a section may be begun
         spacing = ceil((max(ends) - min(ends)) / (chosen.most - 2) / STATION) * STATION
     raise ConfigurationError(
-        "too_many_point_numbers",
-        points=count,
-        most=chosen.most,
-        spacing=spacing,
-        place=Place(key="points"),
+        "too_many_point_numbers", points=count, most=chosen.most, spacing=spacing, key="points"
     )
 
 
@@ -211,7 +206,7 @@ def _first_number(count: int, ahead: int, chosen: PointOptions, axis_number: int
             first=first,
             last=end,
             highest=chosen.highest,
-            place=Place(key="--set reference_point"),
+            key="--set reference_point",
         )
     return first
 
@@ -219,12 +214,10 @@ def _first_number(count: int, ahead: int, chosen: PointOptions, axis_number: int
 def _interval(table: CompensationTable) -> float:
     step = table.step
     if step is None:
-        raise ConfigurationError("points_not_equidistant", place=Place(key="points"))
+        raise ConfigurationError("points_not_equidistant", key="points")
     stations = round(step / STATION)
     if stations < 1 or abs(step / STATION - stations) > _SAME:
-        raise ConfigurationError(
-            "interval_too_fine", interval=step, decimals=3, place=Place(key="points")
-        )
+        raise ConfigurationError("interval_too_fine", interval=step, decimals=3, key="points")
     return step
 
 
@@ -232,16 +225,14 @@ def _reference(table: CompensationTable, chosen: PointOptions) -> float:
     stated = table.reference_position
     if chosen.reference is None:
         if stated is None:
-            raise ConfigurationError(
-                "no_reference_position", place=Place(key="--set reference_coordinate")
-            )
+            raise ConfigurationError("no_reference_position", key="--set reference_coordinate")
         return stated
     if stated is not None and abs(stated - chosen.reference) > _SAME:
         raise ConfigurationError(
             "other_reference_position",
             stated=stated,
             reference=chosen.reference,
-            place=Place(key="--set reference_coordinate"),
+            key="--set reference_coordinate",
         )
     return chosen.reference
 
@@ -271,7 +262,7 @@ def _one_turn(
     sections = round(TURN_DEG / step)
     span = float(table.position[-1] - table.position[0])
     if abs(sections * step - TURN_DEG) > _SAME or span > TURN_DEG + _SAME or below != 0:
-        raise ConfigurationError("modulo_table_unfit", place=Place(key="--set modulo"))
+        raise ConfigurationError("modulo_table_unfit", key="--set modulo")
     if abs(span - TURN_DEG) < _SAME:
         return correction
     # the rest of the turn leads straight back to the reference position
@@ -289,7 +280,7 @@ def _magnified(correction: FloatArray, chosen: PointOptions) -> tuple[int, NDArr
     for magnification in tried:
         counted = np.rint(correction / (magnification * chosen.unit)).astype(np.int64)
         if chosen.modulo and bool(np.any(counted[0] != counted[-1])):
-            raise ConfigurationError("turn_not_closed", place=Place(key="--set modulo"))
+            raise ConfigurationError("turn_not_closed", key="--set modulo")
         if int(np.max(np.abs(np.diff(counted, axis=0)))) <= chosen.largest:
             return magnification, counted
     needed = int(np.max(np.abs(np.diff(counted, axis=0))))
@@ -298,5 +289,5 @@ def _magnified(correction: FloatArray, chosen: PointOptions) -> tuple[int, NDArr
         increment=needed,
         largest=chosen.largest,
         magnification=tried[-1],
-        place=Place(key="points"),
+        key="points",
     )

@@ -73,9 +73,9 @@ def _words(text: str, path: str) -> _Words:
     lines, findings = text_lines(text, path)
     starts = [i for i, line in enumerate(lines) if line.strip().startswith("%")]
     if not starts or any(line.strip() for line in lines[: starts[0]]):
-        raise MeasurementFileError("no_parameter_file", place=Place(path, 1))
+        raise MeasurementFileError("no_parameter_file", file=path, line=1)
     if len(starts) < 2:
-        raise MeasurementFileError("table_cut_short", end="%", place=Place(path, len(lines)))
+        raise MeasurementFileError("table_cut_short", end="%", file=path, line=len(lines))
     values: dict[tuple[int, int], _Word] = {}
     comments: list[str] = []
     for number, line in enumerate(lines[: starts[1]], start=1):
@@ -83,7 +83,7 @@ def _words(text: str, path: str) -> _Words:
             continue
         if len(line) > LONGEST_LINE:
             raise MeasurementFileError(
-                "table_line_too_long", most=LONGEST_LINE, place=Place(path, number)
+                "table_line_too_long", most=LONGEST_LINE, file=path, line=number
             )
         comments += re.findall(r"\([^()]*\)", line)
         bare = re.sub(r"\([^()]*\)", "", line).strip()
@@ -98,15 +98,13 @@ def _words(text: str, path: str) -> _Words:
 def _add_words(path: str, number: int, content: str, values: dict[tuple[int, int], _Word]) -> None:
     found = _LINE.fullmatch(re.sub(r"\s+", "", content).upper())
     if found is None:
-        raise MeasurementFileError(
-            "no_parameter_line", text=content[:99], place=Place(path, number)
-        )
+        raise MeasurementFileError("no_parameter_line", text=content[:99], file=path, line=number)
     axis = 0
     for letter, word in _PAIR.findall(found[2]):
         if letter == "A":
             if not re.fullmatch(r"[0-9]{1,2}", word):
                 raise MeasurementFileError(
-                    "not_a_number", text=word, place=Place(path, number, "A")
+                    "not_a_number", text=word, file=path, line=number, column="A"
                 )
             axis = int(word)
         elif letter == "P":
@@ -116,7 +114,8 @@ def _add_words(path: str, number: int, content: str, values: dict[tuple[int, int
                     "word_stated_twice",
                     name=f"N{key[0]}",
                     first_line=values[key].line,
-                    place=Place(path, number),
+                    file=path,
+                    line=number,
                 )
             values[key] = _Word(number, word)
 
@@ -125,19 +124,18 @@ def _wanted_axis(path: str, words: _Words, chosen: PointOptions) -> int:
     """Return the axis number whose compensation is read; 0 for words without axis numbers."""
     there = sorted({axis for number, axis in words.values if number == 3620})
     if not there:
-        raise MeasurementFileError("no_pitch_error_table", place=Place(path))
+        raise MeasurementFileError("no_pitch_error_table", file=path)
     if chosen.axis_number is None:
         if len(there) > 1:
-            raise MeasurementFileError(
-                "several_axes", axes=tuple(map(str, there)), place=Place(path)
-            )
+            raise MeasurementFileError("several_axes", axes=tuple(map(str, there)), file=path)
         return there[0]
     if chosen.axis_number not in there and there != [0]:
         raise MeasurementFileError(
             "other_axis_number",
             axes=tuple(map(str, there)),
             wanted=chosen.axis_number,
-            place=Place(path, words.values[3620, there[0]].line),
+            file=path,
+            line=words.values[3620, there[0]].line,
         )
     return chosen.axis_number if chosen.axis_number in there else 0
 
@@ -206,9 +204,7 @@ class _Reading:
     def _word(self, parameter: int) -> _Word:
         word = self.words.values.get((parameter, self.axis))
         if word is None:
-            raise MeasurementFileError(
-                "parameter_missing", place=Place(self.path, column=f"N{parameter}")
-            )
+            raise MeasurementFileError("parameter_missing", file=self.path, column=f"N{parameter}")
         return word
 
     def _whole(self, parameter: int) -> int:
@@ -217,7 +213,7 @@ class _Reading:
     def _as_whole(self, word: _Word) -> int:
         if not re.fullmatch(r"[+-]?[0-9]{1,9}", word.text):
             raise MeasurementFileError(
-                "not_a_whole_word", text=word.text[:99], place=Place(self.path, word.line)
+                "not_a_whole_word", text=word.text[:99], file=self.path, line=word.line
             )
         return int(word.text)
 
@@ -278,9 +274,7 @@ class _Reading:
         sides = [self._points(first, last)]
         if self.chosen.bidirectional:
             if (3626, self.axis) not in self.words.values:
-                raise MeasurementFileError(
-                    "no_second_table", place=Place(self.path, column="N3626")
-                )
+                raise MeasurementFileError("no_second_table", file=self.path, column="N3626")
             start = self._whole(3626)
             sides.append(self._points(start, start + last - first))
         elif (3626, self.axis) in self.words.values and self._whole(3626) != 0:
@@ -313,7 +307,8 @@ class _Reading:
                 raise MeasurementFileError(
                     "table_point_missing",
                     point=point,
-                    place=Place(self.path, column=f"N{FIRST_POINT + point}"),
+                    file=self.path,
+                    column=f"N{FIRST_POINT + point}",
                 )
             value = self._as_whole(word)
             if abs(value) > self.chosen.largest:
@@ -321,7 +316,8 @@ class _Reading:
                     "point_value_too_large",
                     value=value,
                     largest=self.chosen.largest,
-                    place=Place(self.path, word.line),
+                    file=self.path,
+                    line=word.line,
                 )
             values.append(value)
         return values

@@ -51,10 +51,7 @@ def signed(value: float) -> str:
     text = plain_number(value, DECIMALS)
     if abs(value) > LARGEST_NUMBER:
         raise ConfigurationError(
-            "value_wider_than_column",
-            value=value,
-            largest=LARGEST_NUMBER,
-            place=Place(key="points"),
+            "value_wider_than_column", value=value, largest=LARGEST_NUMBER, key="points"
         )
     return text if text.startswith("-") else f"+{text}"
 
@@ -63,7 +60,7 @@ def check_positions(table: CompensationTable) -> None:
     """Refuse points that four decimals cannot hold."""
     off = np.abs(table.position - np.round(table.position, DECIMALS))
     if bool(np.any(off > 1e-7)):
-        raise ConfigurationError("points_too_fine", decimals=DECIMALS, place=Place(key="points"))
+        raise ConfigurationError("points_too_fine", decimals=DECIMALS, key="points")
 
 
 def value_unit(kind: AxisKind) -> float:
@@ -154,14 +151,14 @@ def com_text(text: str, path: str) -> ComText:
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
-        raise MeasurementFileError("file_empty", place=Place(path))
+        raise MeasurementFileError("file_empty", file=path)
     for number, line in enumerate(lines, start=1):
         if len(line) > LONGEST_LINE:
             raise MeasurementFileError(
-                "table_line_too_long", most=LONGEST_LINE, place=Place(path, number)
+                "table_line_too_long", most=LONGEST_LINE, file=path, line=number
             )
         if "\t" in line:
-            raise MeasurementFileError("table_line_has_tab", place=Place(path, number))
+            raise MeasurementFileError("table_line_has_tab", file=path, line=number)
     return ComText(path, tuple(lines), tuple(findings))
 
 
@@ -215,7 +212,7 @@ def rows_of(source: ComText, *, needs_end: bool) -> Iterator[tuple[int, list[tup
         )
     rows = source.lines[2 : ends[0] if ends else None]
     if not rows:
-        raise MeasurementFileError("table_without_rows", place=Place(source.path))
+        raise MeasurementFileError("table_without_rows", file=source.path)
     for number, content in enumerate(rows):
         words = words_of(content)
         if not words:

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterator, Mapping
 
-from thermaxis.codes import Place
 from thermaxis.controls._control import (
     HeatingWords,
     ProgramRequest,
@@ -119,9 +118,7 @@ def klartext_touch(request: TouchRequest, title: str) -> str:
 def _numbered(options: Mapping[str, str], lines: list[str]) -> str:
     name = options["program_name"]
     if _NAME.fullmatch(name) is None:
-        raise ConfigurationError(
-            "program_name_unfit", name=name, place=Place(key="--set program_name")
-        )
+        raise ConfigurationError("program_name_unfit", name=name, key="--set program_name")
     lines = [f"BEGIN PGM {name} MM", *lines, f"END PGM {name} MM"]
     return "".join(f"{number} {line}\r\n" for number, line in enumerate(lines))
 
@@ -146,9 +143,7 @@ def _blocks(request: ProgramRequest, axis: str) -> Iterator[str]:
     for block in request.blocks:
         label += block.repetitions > 1
         if label > MOST_LABELS:
-            raise ConfigurationError(
-                "too_many_labels", most=MOST_LABELS, place=Place(key="targets")
-            )
+            raise ConfigurationError("too_many_labels", most=MOST_LABELS, key="targets")
         loop = (f"LBL {label}", f"CALL LBL {label} REP {block.repetitions - 1}")
         yield from block_lines(block, words, loop, indent="")
 

@@ -15,7 +15,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.controls._control import (
     GridRule,
     ReadTable,
@@ -117,14 +117,14 @@ class HeidenhainITnc530(HeidenhainControl):
         found = _FIRST.fullmatch(source.lines[0].strip())
         if found is None:
             raise MeasurementFileError(
-                "first_line_unfit",
-                form="BEGIN ... .COM with DATUM and DISTANCE",
-                place=Place(path, 1),
+                "first_line_unfit", form="BEGIN ... .COM with DATUM and DISTANCE", file=path, line=1
             )
         datum = source.number(found["datum"], 1, "DATUM")
         step = source.number(found["step"], 1, "DISTANCE")
         if step <= 0:
-            raise MeasurementFileError("not_positive", value=step, place=Place(path, 1, "DISTANCE"))
+            raise MeasurementFileError(
+                "not_positive", value=step, file=path, line=1, column="DISTANCE"
+            )
         headings = headings_of(source, ("NR",))
         axis, findings = own_column(source, found["name"], list(headings))
         value = _rows(source, datum, step, headings, axis, findings)
@@ -154,11 +154,11 @@ def _written_step(table: CompensationTable) -> float:
     """Return the distance as it is written; the points must be what datum and it give."""
     check_positions(table)
     if table.position.size < 2:
-        raise ConfigurationError("too_few_table_points", place=Place(key="points"))
+        raise ConfigurationError("too_few_table_points", key="points")
     step = round(float(table.position[1] - table.position[0]), DECIMALS)
     even = table.position[0] + step * np.arange(table.position.size)
     if step <= 0 or bool(np.any(np.abs(table.position - even) > HALF_DIGIT)):
-        raise ConfigurationError("points_not_equidistant", place=Place(key="points"))
+        raise ConfigurationError("points_not_equidistant", key="points")
     return step
 
 
@@ -177,7 +177,7 @@ def _check_power_of_two(step: float) -> None:
         spacing_mm=step,
         below_mm=near[0],
         above_mm=near[1],
-        place=Place(key="--set spacing"),
+        key="--set spacing",
     )
 
 

@@ -16,7 +16,6 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.controls._control import (
     GridRule,
     ReadTable,
@@ -82,7 +81,7 @@ class HeidenhainTnc640(HeidenhainControl):
         axis = table.axis.upper()
         if _AXIS.fullmatch(axis) is None or axis in {"NR", _POSITION, _BACKWARD}:
             raise ConfigurationError(
-                "axis_name_unfit", name=table.axis, control=self.title, place=Place(key="axis")
+                "axis_name_unfit", name=table.axis, control=self.title, key="axis"
             )
         name = f"AXIS_{axis}.COM"
         # a reversal that another control holds apart belongs into the two columns here
@@ -111,10 +110,10 @@ class HeidenhainTnc640(HeidenhainControl):
         found = _FIRST.fullmatch(source.lines[0].strip())
         if found is None:
             raise MeasurementFileError(
-                "first_line_unfit", form="BEGIN ... .COM MM", place=Place(path, 1)
+                "first_line_unfit", form="BEGIN ... .COM MM", file=path, line=1
             )
         if found["unit"].upper() != "MM":
-            raise MeasurementFileError("table_not_in_mm", unit=found["unit"], place=Place(path, 1))
+            raise MeasurementFileError("table_not_in_mm", unit=found["unit"], file=path, line=1)
         headings = headings_of(source, ("NR", _POSITION))
         labels = [name for name in headings if name not in {_POSITION, _BACKWARD}]
         axis, findings = own_column(source, found["name"], labels)

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from thermaxis.codes import Message, Place, remark
+from thermaxis.codes import Message, remark
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.files.table import DAMAGE, read_content
 from thermaxis.thermal import MOST_PIXELS, FloatArray, ThermalField
@@ -58,7 +58,7 @@ def read_flir(
     name = str(path)
     content = read_content(path)
     if not is_jpeg(content) or _FLIR_SEGMENT not in content:
-        raise MeasurementFileError("not_radiometric", place=Place(name))
+        raise MeasurementFileError("not_radiometric", file=name)
     _refuse_if_too_large(name, content)
     _refuse_if_endless(name, content)
     adjusted = _adjusted(emissivity, reflected_c)
@@ -73,9 +73,7 @@ def _adjusted(emissivity: float | None, reflected_c: float | None) -> dict[str, 
     changed: dict[str, float] = {}
     if emissivity is not None:
         if not 0.0 < emissivity <= 1.0:
-            raise ConfigurationError(
-                "not_an_emissivity", value=emissivity, place=Place(key="emissivity")
-            )
+            raise ConfigurationError("not_an_emissivity", value=emissivity, key="emissivity")
         changed["emissivity"] = emissivity
     if reflected_c is not None:
         changed["reflected_apparent_temperature"] = reflected_c - ABSOLUTE_ZERO_C
@@ -96,12 +94,9 @@ def _unpacked(
         with np.errstate(all="ignore"):  # what is not finite is refused below
             temperature_c = np.array(thermogram.celsius, dtype=np.float64)
     except DAMAGE as error:
-        place = Place(name)
-        raise MeasurementFileError(
-            "file_damaged", cause=type(error).__name__, place=place
-        ) from error
+        raise MeasurementFileError("file_damaged", cause=type(error).__name__, file=name) from error
     if temperature_c.ndim != 2 or not bool(np.all(np.isfinite(temperature_c))):
-        raise MeasurementFileError("pixels_without_temperature", place=Place(name))
+        raise MeasurementFileError("pixels_without_temperature", file=name)
     return temperature_c, settings, taken if isinstance(taken, datetime) else None
 
 
@@ -118,9 +113,8 @@ def _refuse_if_too_large(name: str, content: bytes) -> None:
     while at >= 0:
         columns, rows = (int.from_bytes(content[at + k : at + k + 4], "big") for k in (16, 20))
         if rows * columns > MOST_PIXELS:
-            place = Place(name)
             raise MeasurementFileError(
-                "image_too_large", columns=columns, rows=rows, most_pixels=MOST_PIXELS, place=place
+                "image_too_large", columns=columns, rows=rows, most_pixels=MOST_PIXELS, file=name
             )
         at = content.find(_PNG, at + 8)
 
@@ -131,7 +125,7 @@ def _refuse_if_endless(name: str, content: bytes) -> None:
     while at >= 0:
         first_chunk = content[at + 6 : at + 7] == b"\x00"
         if first_chunk and int.from_bytes(content[at + 36 : at + 40], "big") > _MOST_RECORDS:
-            raise MeasurementFileError("file_damaged", cause="directory", place=Place(name))
+            raise MeasurementFileError("file_damaged", cause="directory", file=name)
         at = content.find(_FLIR_SEGMENT, at + 1)
 
 

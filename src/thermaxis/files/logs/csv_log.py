@@ -112,8 +112,7 @@ class _Source:
         return text
 
     def _line_too_long(self, line: int | None = None) -> MeasurementFileError:
-        place = Place(self.path, line)
-        return MeasurementFileError("line_too_long", most=LONGEST_LINE, place=place)
+        return MeasurementFileError("line_too_long", most=LONGEST_LINE, file=self.path, line=line)
 
     def chunks(self, path: Path | str) -> Iterator[bytes]:
         """Yield the bytes of whole lines."""
@@ -272,12 +271,15 @@ class _Body:
         split: list[list[str]] = []
         for row, number in zip(rows, numbers, strict=True):
             cells = split_cells(row, delimiter)
-            place = Place(self.path, number)
             if cells is None:
-                raise MeasurementFileError("quotation_marks", place=place)
+                raise MeasurementFileError("quotation_marks", file=self.path, line=number)
             if len(cells) != width:
                 raise MeasurementFileError(
-                    "cells_and_headings", cells=len(cells), headings=width, place=place
+                    "cells_and_headings",
+                    cells=len(cells),
+                    headings=width,
+                    file=self.path,
+                    line=number,
                 )
             split.append(cells)
         return pl.DataFrame(split, schema=schema, orient="row")
@@ -319,8 +321,9 @@ def _read_head(source: _Source, path: Path | str, mapping: ThermalMapping | None
             delimiter, headings, units_row = found
             last = following[0][0] if units_row else number
             return _Head(headings, delimiter, last, comments)
-    place = Place(source.path, candidates[0][0] if candidates else None)
-    raise MeasurementFileError("no_time_column", place=place)
+    raise MeasurementFileError(
+        "no_time_column", file=source.path, line=candidates[0][0] if candidates else None
+    )
 
 
 def _first_bytes(source: _Source, path: Path | str) -> bytes:
@@ -336,7 +339,7 @@ def _first_bytes(source: _Source, path: Path | str) -> bytes:
         source.whole = decode_text(name, read_content(path)).text.encode()
         return source.whole
     if not content.strip(b" \t\r\n\x0b\x0c"):
-        raise MeasurementFileError("file_empty", place=Place(name))
+        raise MeasurementFileError("file_empty", file=name)
     return content
 
 
@@ -404,8 +407,7 @@ def _read_body(source: _Source, path: Path | str, head: _Head, plan: ColumnPlan)
             text = text.removeprefix("\ufeff")
         number += body.add(text, number)
         if body.rows * body.width > MOST_VALUES:
-            place = Place(source.path)
-            raise MeasurementFileError("log_too_large", most=MOST_VALUES, place=place)
+            raise MeasurementFileError("log_too_large", most=MOST_VALUES, file=source.path)
     if source.used_fallback:
         body.notes.insert(0, remark("not_utf8", encoding=source.fallback))
     return body

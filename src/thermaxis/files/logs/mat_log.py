@@ -53,7 +53,7 @@ def read_thermal_mat(
             raise ValueError("no mark of MATLAB")
     vectors = dict(_vectors(variables))
     if not vectors:
-        raise MeasurementFileError("no_vector", place=Place(name))
+        raise MeasurementFileError("no_vector", file=name)
     rows = _rows_of(vectors, mapping)
     kept = {key: values for key, values in vectors.items() if values.size == rows}
     others = [key for key, values in vectors.items() if values.size != rows]
@@ -130,9 +130,7 @@ def _read_hdf5(path: Path | str) -> dict[str, FloatArray]:
     try:
         import h5py  # noqa: PLC0415 - an extra
     except ImportError:
-        raise MeasurementFileError(
-            "package_missing", package="h5py", place=Place(str(path))
-        ) from None
+        raise MeasurementFileError("package_missing", package="h5py", file=path) from None
     found: dict[str, FloatArray] = {}
     with cast("Any", h5py).File(str(path), "r") as file:
         _collect_hdf5("", file, found, path=str(path), depth=0)
@@ -160,6 +158,6 @@ def _collect_hdf5(
         return
     total = float(np.prod(np.array(node.shape, dtype=np.float64)))
     if total + sum(values.size for values in found.values()) > MOST_VALUES:
-        raise MeasurementFileError("log_too_large", most=MOST_VALUES, place=Place(path))
+        raise MeasurementFileError("log_too_large", most=MOST_VALUES, file=path)
     if node.attrs.get("MATLAB_class", b"double") != b"char":
         found[name] = np.asarray(node[()], dtype=np.float64).T

@@ -46,7 +46,7 @@ def read_thermal_tdms(
     try:
         import nptdms  # noqa: PLC0415 - an extra
     except ImportError:
-        raise MeasurementFileError("package_missing", package="nptdms", place=Place(name)) from None
+        raise MeasurementFileError("package_missing", package="nptdms", file=name) from None
     with (
         damage_named(Place(name)),
         # The reader does not close what it opened where the file is damaged.
@@ -57,7 +57,7 @@ def read_thermal_tdms(
         groups = _groups(name, file)
         logs = [_group_log(name, *entry, mapping) for entry in groups]
     if not logs:
-        raise MeasurementFileError("no_channel_in_log", place=Place(name))
+        raise MeasurementFileError("no_channel_in_log", file=name)
     try:
         log = join_rates(logs)
     except DataError as error:
@@ -84,11 +84,11 @@ def _groups(path: str, file: Any) -> list[tuple[str, dict[str, ColumnValues], di
     groups = [group for group in file.groups() if group.channels()]
     if len(groups) > _MOST_GROUPS:
         raise MeasurementFileError(
-            "too_many_groups", groups=len(groups), most=_MOST_GROUPS, place=Place(path)
+            "too_many_groups", groups=len(groups), most=_MOST_GROUPS, file=path
         )
     total = sum(len(channel) for group in groups for channel in group.channels())
     if total > MOST_VALUES:
-        raise MeasurementFileError("log_too_large", most=MOST_VALUES, place=Place(path))
+        raise MeasurementFileError("log_too_large", most=MOST_VALUES, file=path)
     names = [str(channel.name) for group in groups for channel in group.channels()]
     result: list[tuple[str, dict[str, ColumnValues], dict[str, str]]] = []
     for group in groups:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from thermaxis.codes import Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.logs._cells import numbers_or_words
 from thermaxis.files.logs._columns import (
@@ -46,7 +45,7 @@ def read_thermal_xlsx(
                 plan = plan_columns(source.at(), headings, mapping)
                 table = _table(source, headings, rows, index, plan)
                 return build_log(table, plan, name=Path(path).stem, sample_time_s=sample_time_s)
-    raise MeasurementFileError("no_time_column", place=Place(name))
+    raise MeasurementFileError("no_time_column", file=name)
 
 
 def _table(

@@ -5,7 +5,7 @@ from dataclasses import fields
 from hashlib import sha256
 from pathlib import Path
 
-from thermaxis.codes import Place
+from thermaxis.codes import Message, Place
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files import table as tables
 from thermaxis.files.runs.iso230_dat import dat_test
@@ -129,8 +129,8 @@ def _test_of(
         code = next((code for code, form in _NO_RUNS.items() if form.search(start)), None)
         if code is None:
             raise
-        file = Path(name).name
-        raise MeasurementFileError(code, file=file, place=Place(name)) from error
+        message = Message(f"error-{code}", {"file": Path(name).name}, Place(name))
+        raise MeasurementFileError.of(message) from error
 
 
 def _table_test(table: Table) -> PositioningTest:
@@ -149,5 +149,5 @@ def _check_not_mapped(name: str, mapping: RunMapping, kind: str) -> None:
     for field in fields(mapping):
         if getattr(mapping, field.name) != getattr(NO_MAPPING, field.name):
             raise MeasurementFileError(
-                "reading_option_unused", name=field.name, what=kind, place=Place(name)
+                "reading_option_unused", name=field.name, what=kind, file=name
             )

@@ -87,7 +87,7 @@ def document_of(
     stated_hash = table.pop("sha256", None)
     document = read(table, file)
     if stated_hash is not None and stated_hash != sha256(document):
-        raise ConfigurationError("hash_mismatch", place=Place(file, key="sha256"))
+        raise ConfigurationError("hash_mismatch", file=file, key="sha256")
     return document
 
 

@@ -40,8 +40,7 @@ def refuse(problems: Sequence[Message], path: Path | str) -> ConfigurationError:
     if not others:
         return ConfigurationError.of(first)
     shown, count = (first, *others[: MOST_PROBLEMS - 1]), 1 + len(others)
-    place = Place(str(path))
-    return ConfigurationError("several_problems", problems=shown, count=count, place=place)
+    return ConfigurationError("several_problems", problems=shown, count=count, file=path)
 
 
 def nearest(name: str, known: Iterable[str]) -> tuple[str, ...]:

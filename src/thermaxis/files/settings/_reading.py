@@ -49,14 +49,14 @@ def parse_toml(content: bytes | str, *, file: str) -> dict[str, object]:
             cause = f"the line has {len(line)} characters, and {LONGEST_TOML_LINE} are the most"
             if len(line) <= LONGEST_TOML_LINE:
                 cause = f"the line has more than {MOST_TOML_POINTS} points beside those of numbers"
-            raise ConfigurationError("not_toml", cause=cause, place=Place(file, line=number))
+            raise ConfigurationError("not_toml", cause=cause, file=file, line=number)
     try:
         return tomllib.loads(text)
     except RecursionError:
         cause = DEEP
     except ValueError as error:  # also of a number of thousands of digits
         cause = str(error).rstrip(".")
-    raise ConfigurationError("not_toml", cause=cause, place=Place(file))
+    raise ConfigurationError("not_toml", cause=cause, file=file)
 
 
 def read_json_object(path: Path | str, *, largest_bytes: int) -> dict[str, object]:
@@ -73,22 +73,23 @@ def parse_json_object(text: str, *, file: str) -> dict[str, object]:
         if len(table) < len(pairs):
             names = [name for name, _ in pairs]
             name = next(name for name in names if names.count(name) > 1)
-            raise ConfigurationError("stated_twice", name=printable(name), place=Place(file))
+            raise ConfigurationError("stated_twice", name=printable(name), file=file)
         return table
 
     def no_constant(word: str) -> object:
-        raise ConfigurationError("not_a_number", text=word, place=Place(file))
+        raise ConfigurationError("not_a_number", text=word, file=file)
 
     try:
         table: object = json.loads(text, object_pairs_hook=unique, parse_constant=no_constant)
     except json.JSONDecodeError as error:
-        place = Place(file, line=error.lineno, column=str(error.colno))
-        raise ConfigurationError("not_json", cause=error.msg, place=place) from None
+        raise ConfigurationError(
+            "not_json", cause=error.msg, file=file, line=error.lineno, column=str(error.colno)
+        ) from None
     except (RecursionError, ValueError):
         cause = "nested too deeply, or a number is too long"
-        raise ConfigurationError("not_json", cause=cause, place=Place(file)) from None
+        raise ConfigurationError("not_json", cause=cause, file=file) from None
     if not isinstance(table, dict):
-        raise ConfigurationError("not_a_table", place=Place(file))
+        raise ConfigurationError("not_a_table", file=file)
     return cast("dict[str, object]", table)
 
 
@@ -101,13 +102,13 @@ def _decoded(content: bytes, file: str) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise ConfigurationError("not_utf8", place=Place(file)) from None
+        raise ConfigurationError("not_utf8", file=file) from None
 
 
 def as_table(file: Path | str, key: str, value: object) -> Mapping[str, object]:
     """Return a value that must be a table."""
     if not isinstance(value, dict):
-        raise ConfigurationError("not_a_table", place=Place(str(file), key=key))
+        raise ConfigurationError("not_a_table", file=file, key=key)
     return cast("Mapping[str, object]", value)
 
 

@@ -47,7 +47,7 @@ def _check_name(file: str, name: str, kind: AxisKind) -> None:
     if table in known and (not key or key in known[table]):
         return
     if table in other and (not key or key in other[table]):
-        raise ConfigurationError("other_kind_of_axis", kind=kind, place=Place(file, key=name))
+        raise ConfigurationError("other_kind_of_axis", kind=kind, file=file, key=name)
     raise unknown_key(file, name, known[table] if key else known)
 
 
@@ -74,13 +74,17 @@ def read_budget(path: Path, kind: AxisKind) -> UncertaintyBudget:
         for key, value in keys.items():
             _check_name(file, f"{table}.{key}", kind)
             if not 0.0 <= value < _LARGEST:
-                place = Place(file, key=f"{table}.{key}")
                 raise ConfigurationError(
-                    "outside_range", value=value, least=0.0, most=_LARGEST, place=place
+                    "outside_range",
+                    value=value,
+                    least=0.0,
+                    most=_LARGEST,
+                    file=file,
+                    key=f"{table}.{key}",
                 )
             values[terms[table][key]] = value
     if not values.keys() - {"expansion_coefficient_ppm_per_k", "largest_difference_to_20_c_k"}:
-        raise ConfigurationError("no_uncertainty_term", place=Place(file))
+        raise ConfigurationError("no_uncertainty_term", file=file)
     try:
         return UncertaintyBudget(**values)
     except ConfigurationError as error:

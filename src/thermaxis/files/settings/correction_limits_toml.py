@@ -46,7 +46,7 @@ def read_correction_limits(path: Path | str) -> dict[str, Limits]:
     file = str(path)
     stated = settings_of(dict[str, _Stated], read_toml(path), file=file)
     if not stated:
-        raise ConfigurationError("no_limits", place=Place(file))
+        raise ConfigurationError("no_limits", file=file)
     limits: dict[str, Limits] = {}
     for output, one in stated.items():
         try:

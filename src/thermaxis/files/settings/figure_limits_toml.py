@@ -7,7 +7,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import final
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings._reading import as_table, read_toml, settings_of, unknown_key
 from thermaxis.positioning import FIGURE_KEYS
@@ -63,8 +62,7 @@ def _numbers(file: str, table: str, content: object, kind: AxisKind) -> Mapping[
         if key not in known:
             raise unknown_key(file, f"{table}.{key}", known)
         if not 0.0 < value < _LARGEST:
-            place = Place(file, key=f"{table}.{key}")
-            raise ConfigurationError("not_positive", value=value, place=place)
+            raise ConfigurationError("not_positive", value=value, file=file, key=f"{table}.{key}")
     numbers = {known[key]: value for key, value in stated.items()}
     return MappingProxyType({key: numbers[key] for key in FIGURE_KEYS if key in numbers})
 
@@ -102,5 +100,5 @@ def read_figure_limits(path: Path, kind: AxisKind) -> FigureLimits:
     stated = content.get("expanded_uncertainty", {})
     uncertainty = _numbers(file, "expanded_uncertainty", stated, kind)
     if not limit:
-        raise ConfigurationError("no_limits", place=Place(file, key="limits"))
+        raise ConfigurationError("no_limits", file=file, key="limits")
     return FigureLimits(limit, rule, uncertainty, path.name)

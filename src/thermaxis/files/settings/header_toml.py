@@ -200,5 +200,5 @@ def read_header(path: Path, *, kind: AxisKind | None = None) -> Mapping[str, str
             if text:
                 header[fields[key].key] = text
     if _ends_before_start(header):
-        raise ConfigurationError("end_before_start", place=Place(file, key="time.end"))
+        raise ConfigurationError("end_before_start", file=file, key="time.end")
     return MappingProxyType(header)

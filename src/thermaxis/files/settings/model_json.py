@@ -34,7 +34,6 @@ import json
 from pathlib import Path
 from typing import Any, cast
 
-from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings._document import (
@@ -144,20 +143,24 @@ def parse_model(text: str, *, name: str) -> CompensationModel:
 
 def _model(content: dict[str, object], file: str) -> CompensationModel:
     if content.pop("sign", SIGN) != SIGN:
-        place = Place(file, key="sign")
-        raise ConfigurationError("other_sign_convention", expected=SIGN, place=place)
+        raise ConfigurationError("other_sign_convention", expected=SIGN, file=file, key="sign")
     if content.pop("limits", None) is not None:
-        raise ConfigurationError("limits_in_model", place=Place(file, key="limits"))
+        raise ConfigurationError("limits_in_model", file=file, key="limits")
     model = settings_of(CompensationModel, content, file=file)
     # What has a default in a program must be stated in a file that may act on a machine.
     for i, output in enumerate(cast("list[dict[str, Any]]", content["outputs"])):
         for k, part in enumerate(output["parts"]):
             for key in ("direct_gain_um_per_k", "sections"):
                 if key not in part:
-                    place = Place(file, key=f"outputs[{i}].parts[{k}].{key}")
-                    raise ConfigurationError("missing_key", place=place)
+                    raise ConfigurationError(
+                        "missing_key", file=file, key=f"outputs[{i}].parts[{k}].{key}"
+                    )
     for k, log in enumerate(model.provenance.logs):
         if min(log.rows, log.first_row) < 0:
-            place = Place(file, key=f"provenance.logs[{k}].rows")
-            raise ConfigurationError("negative", value=min(log.rows, log.first_row), place=place)
+            raise ConfigurationError(
+                "negative",
+                value=min(log.rows, log.first_row),
+                file=file,
+                key=f"provenance.logs[{k}].rows",
+            )
     return model

@@ -163,4 +163,4 @@ def _plan(content: dict[str, object], file: str) -> TestPlan:
 
 def _check_decimals(target: FloatArray) -> None:
     if bool(np.any(np.abs(target - np.round(target, 3)) > 1e-9)):
-        raise ConfigurationError("targets_too_fine", decimals=3, place=Place(key="target"))
+        raise ConfigurationError("targets_too_fine", decimals=3, key="target")

@@ -52,9 +52,8 @@ def read_regions(path: Path, *, mm_per_pixel: float | None) -> tuple[Region, ...
     file = str(path)
     tables = settings_of(_Regions, read_toml(path), file=file).regions
     if not 0 < len(tables) <= MOST_REGIONS:
-        place = Place(file, key="regions")
         raise ConfigurationError(
-            "number_of_regions", regions=len(tables), most=MOST_REGIONS, place=place
+            "number_of_regions", regions=len(tables), most=MOST_REGIONS, file=file, key="regions"
         )
     return tuple(_region(file, name, table, mm_per_pixel) for name, table in tables.items())
 

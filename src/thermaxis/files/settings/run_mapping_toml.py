@@ -17,7 +17,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from thermaxis.codes import Place, printable
+from thermaxis.codes import printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings._reading import as_table, read_toml, settings_of
 from thermaxis.files.table import RunMapping, parse_heading, unit_named
@@ -57,15 +57,18 @@ def _checked(mapping: RunMapping, file: str) -> RunMapping:
         elif parse_heading(f"time ({column.unit})").role is None:
             units[f"{key}.unit"] = "?"
         if (column.cycle is None) != (column.direction is None) or (column.cycle or 1) < 1:
-            raise ConfigurationError("pass_incomplete", place=Place(file, key=key))
+            raise ConfigurationError("pass_incomplete", file=file, key=key)
     for key, unit in units.items():
         if unit and unit_named(unit) is None:
-            place = Place(file, key=key)
-            raise ConfigurationError("unknown_unit", unit=printable(unit, 60), place=place)
+            raise ConfigurationError("unknown_unit", unit=printable(unit, 60), file=file, key=key)
     if mapping.target_tolerance is not None and not 0.0 <= mapping.target_tolerance <= 1e6:
-        place = Place(file, key="target_tolerance")
         raise ConfigurationError(
-            "outside_range", value=mapping.target_tolerance, least=0.0, most=1e6, place=place
+            "outside_range",
+            value=mapping.target_tolerance,
+            least=0.0,
+            most=1e6,
+            file=file,
+            key="target_tolerance",
         )
     return replace(
         mapping, columns={heading.strip(): one for heading, one in mapping.columns.items()}

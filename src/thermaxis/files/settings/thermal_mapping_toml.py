@@ -76,8 +76,7 @@ def read_thermal_mapping(path: Path | str) -> ThermalMapping:
     file = text.path
     if len(text.text) > LARGEST_TOML_BYTES:
         size_mb, most_mb = len(text.text) / 1e6, LARGEST_TOML_BYTES / 1e6
-        place = Place(file)
-        raise ConfigurationError("file_too_large", size_mb=size_mb, most_mb=most_mb, place=place)
+        raise ConfigurationError("file_too_large", size_mb=size_mb, most_mb=most_mb, file=file)
     tables = parse_toml(text.text, file=file)
     columns = {
         heading: {"name": entry} if isinstance(entry, str) else entry  # a text is the name
@@ -89,8 +88,7 @@ def read_thermal_mapping(path: Path | str) -> ThermalMapping:
     names = [one.name for one in read.values() if one.name]
     for name in names:
         if names.count(name) > 1:
-            place = Place(file, key="columns")
-            raise ConfigurationError("stated_twice", name=printable(name), place=place)
+            raise ConfigurationError("stated_twice", name=printable(name), file=file, key="columns")
     return ThermalMapping(
         columns=MappingProxyType(read),
         time_column=None if stated.time.column is None else stated.time.column.strip(),
@@ -122,11 +120,9 @@ def _check_time(time: _Time, file: str) -> None:
         raise ConfigurationError("unknown_choice", name=name, known=(*TIME_UNITS_S,), place=place)
     step = time.sample_time_s
     if step is not None and not 0.0 < step <= 1e9:
-        raise ConfigurationError(
-            "not_positive", value=step, place=Place(file, key="time.sample_time_s")
-        )
+        raise ConfigurationError("not_positive", value=step, file=file, key="time.sample_time_s")
     if step is not None and time.column is not None:
-        raise ConfigurationError("times_stated_twice", place=Place(file, key="time.column"))
+        raise ConfigurationError("times_stated_twice", file=file, key="time.column")
 
 
 def _checked(one: ColumnMapping, heading: str, file: str) -> ColumnMapping:
@@ -134,8 +130,9 @@ def _checked(one: ColumnMapping, heading: str, file: str) -> ColumnMapping:
     key = f"columns.{printable(heading)}"
     unit = unit_named(one.unit) if one.unit else one.unit
     if one.unit and unit is None:
-        place = Place(file, key=f"{key}.unit")
-        raise ConfigurationError("unknown_unit", unit=printable(one.unit, 60), place=place)
+        raise ConfigurationError(
+            "unknown_unit", unit=printable(one.unit, 60), file=file, key=f"{key}.unit"
+        )
     if one.factor == 0.0:
-        raise ConfigurationError("factor_zero", place=Place(file, key=f"{key}.factor"))
+        raise ConfigurationError("factor_zero", file=file, key=f"{key}.factor")
     return replace(one, name=one.name.strip(), unit=unit)

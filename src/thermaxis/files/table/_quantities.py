@@ -84,16 +84,15 @@ def one_target_each(
         cells = np.column_stack((passes, merged))[given]
         if np.unique(cells, axis=0).shape[0] < cells.shape[0]:
             return target, index, []  # a pass has several of them: these are targets of their own
-        raise MeasurementFileError(
-            "targets_nearly_equal",
-            targets=target.size,
-            fewer=first.size,
-            tolerance=_rounded_up(float(spread[widest])),
-            place=table.at(),
-            **shown,
-        )
+        more = {
+            "targets": target.size,
+            "fewer": first.size,
+            "tolerance": _rounded_up(float(spread[widest])),
+        }
+        near = Message("error-targets_nearly_equal", {**shown, **more}, table.at())
+        raise MeasurementFileError.of(near)
     if float(spread[widest]) > tolerance:
-        raise MeasurementFileError("targets_not_apart", place=table.at(), **shown)
+        raise MeasurementFileError.of(Message("error-targets_not_apart", shown, table.at()))
     if first.size == target.size:
         return target, index, []
     mean = np.bincount(merged, row_target) / np.bincount(merged)

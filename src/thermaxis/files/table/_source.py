@@ -102,7 +102,7 @@ def read_content(path: Path | str) -> bytes:
         content = b"" if size > limit_bytes else stream.read(limit_bytes + 1)
     check_size(path, max(size, len(content)), limit_bytes, MeasurementFileError)
     if not content:
-        raise MeasurementFileError("file_empty", place=Place(str(path)))
+        raise MeasurementFileError("file_empty", file=path)
     return content
 
 
@@ -125,7 +125,7 @@ def decode_text(
     if marked is not content:
         source = replace(source, remarks=(remark("utf16_without_mark"),))
     if not source.text.strip():
-        raise MeasurementFileError("file_empty", place=Place(path))
+        raise MeasurementFileError("file_empty", file=path)
     return source
 
 
@@ -204,8 +204,7 @@ def _check_fallback(encoding: str) -> None:
     except (LookupError, UnicodeError, ValueError):
         known = False
     if not known:
-        place = Place(key="fallback_encoding")
-        raise ConfigurationError("unusable_encoding", name=encoding, place=place)
+        raise ConfigurationError("unusable_encoding", name=encoding, key="fallback_encoding")
 
 
 def _decode(name: str, content: bytes, fallback: str) -> SourceText:
@@ -243,7 +242,7 @@ def _check_lines(name: str, content: bytes) -> None:
     elif content.startswith(codecs.BOM_UTF16_BE):
         ends = (b"\x00\n", b"\x00\r")
     if any(content.count(end) > MAX_LINES for end in ends):
-        raise MeasurementFileError("too_many_lines", most=MAX_LINES, place=Place(name))
+        raise MeasurementFileError("too_many_lines", most=MAX_LINES, file=name)
     start = 0
     while len(content) - start > LONGEST_LINE_BYTES:
         window = start, start + LONGEST_LINE_BYTES
@@ -251,7 +250,7 @@ def _check_lines(name: str, content: bytes) -> None:
         if end < 0:
             line = 1 + content.count(ends[0], 0, start)
             most = LONGEST_LINE_BYTES // 4
-            raise MeasurementFileError("line_too_long", most=most, place=Place(name, line))
+            raise MeasurementFileError("line_too_long", most=most, file=name, line=line)
         start = end + 1
 
 
@@ -274,9 +273,9 @@ def _decode_utf16(name: str, content: bytes) -> SourceText:
     try:
         text = content.decode("utf-16")
     except UnicodeDecodeError as error:
-        raise MeasurementFileError("cut_short", place=Place(name)) from error
+        raise MeasurementFileError("cut_short", file=name) from error
     if "\x00" in text:
-        raise MeasurementFileError("not_text", kind="binary", place=Place(name))
+        raise MeasurementFileError("not_text", kind="binary", file=name)
     return SourceText(name, _one_line_end(text), "utf-16")
 
 

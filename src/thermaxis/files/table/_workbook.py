@@ -52,7 +52,7 @@ def opened_sheets(
         return
     if not content.startswith(b"PK"):
         kind = kind_of_content(content[:16]) or "text"
-        raise MeasurementFileError("not_a_workbook", kind=kind, place=Place(name))
+        raise MeasurementFileError("not_a_workbook", kind=kind, file=name)
     has_formulas = check_parts(content, Place(name))
     with ExitStack() as stack, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of parts that are not read: styles, extensions
@@ -78,8 +78,7 @@ def _old_sheets(name: str, content: bytes) -> Iterator[tuple[TableSource, Iterat
 
     if len(content) > OLD_LIMIT_BYTES:
         size_mb, most_mb = len(content) / 1e6, OLD_LIMIT_BYTES / 1e6
-        place = Place(name)
-        raise MeasurementFileError("file_too_large", size_mb=size_mb, most_mb=most_mb, place=place)
+        raise MeasurementFileError("file_too_large", size_mb=size_mb, most_mb=most_mb, file=name)
     try:
         with damage_named(Place(name), damage=tuple(set(DAMAGE) - {OSError})):
             book = xlrd.open_workbook(
@@ -93,9 +92,7 @@ def _old_sheets(name: str, content: bytes) -> Iterator[tuple[TableSource, Iterat
                     ]
                     yield TableSource(name, sheet.name), iter(rows)
     except (XLRDError, CompDocError) as error:
-        raise MeasurementFileError(
-            "not_a_workbook", kind="old_workbook", place=Place(name)
-        ) from error
+        raise MeasurementFileError("not_a_workbook", kind="old_workbook", file=name) from error
 
 
 def _old_value(xlrd: Any, book: Any, cell: Any) -> object:

@@ -358,7 +358,7 @@ def _flatten(
     """Return a run, or what is left of a whole one, as the fit sees it."""
     time = test.time_s if test.time_s is not None else test.order
     if time is None:
-        raise DataError("no_order", place=Place(key="drift"))
+        raise DataError("no_order", key="drift")
     _check_readings(test)
     approaches = test.approaches
     i, j, a = np.nonzero(~np.isnan(test.deviation))
@@ -370,7 +370,7 @@ def _flatten(
     if whole is not None:
         start, duration = whole.start, whole.duration
     if not duration > 0.0:
-        raise DataError("one_time", place=Place(key="drift"))
+        raise DataError("one_time", key="drift")
     scale = float(np.std(test.target))
     x = (test.target - np.mean(test.target)) / scale
     shape = np.stack((np.ones(m), x))
@@ -541,13 +541,13 @@ def _reference(run: _Run, reference_time_s: float | None, *, seconds: bool) -> f
     if reference_time_s is None:
         return run.start + run.duration * _mean_time(run.readings.time)
     if not seconds:
-        raise DataError("readings_without_times", place=Place(key="reference time"))
+        raise DataError("readings_without_times", key="reference time")
     if not min(run.start, 0.0) <= reference_time_s <= end:
         raise DataError(
             "reference_outside_run",
             reference_h=reference_time_s / 3600.0,
             end_h=end / 3600.0,
-            place=Place(key="reference time"),
+            key="reference time",
         )
     return max(reference_time_s, run.start)
 

@@ -7,7 +7,6 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.positioning.plan._plan import TestPlan, order_of_visits
 from thermaxis.positioning.run import FORWARD, Cycle
@@ -90,9 +89,7 @@ def moves_of_plan(plan: TestPlan, *, warm_up: int = 0) -> tuple[MoveBlock, ...]:
     blocks += _blocks(plan)
     spelt = sum(len(block.moves) for block in blocks)
     if spelt > MOST_MOVES:
-        raise ConfigurationError(
-            "too_many_moves", moves=spelt, most=MOST_MOVES, place=Place(key="cycles")
-        )
+        raise ConfigurationError("too_many_moves", moves=spelt, most=MOST_MOVES, key="cycles")
     return tuple(blocks)
 
 

@@ -7,7 +7,7 @@ from typing import ClassVar, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place, printable
+from thermaxis.codes import Message, printable
 from thermaxis.errors import ConfigurationError, require_count, require_positive, require_range
 from thermaxis.positioning.run import (
     APPROACHES,
@@ -122,22 +122,18 @@ class TestPlan:
         m = self.target.size
         if self.target.ndim != 1:
             shape = str(self.target.shape)
-            raise ConfigurationError(
-                "wrong_shape", shape=shape, expected="(m,)", place=Place(key="target")
-            )
+            raise ConfigurationError("wrong_shape", shape=shape, expected="(m,)", key="target")
         require_count("target", m, 2, MOST_TARGETS)
         for value in self.target.tolist():
             require_range("target", value, -_LARGEST, _LARGEST)
         if not bool(np.all(np.diff(self.target) > 0)):
-            raise ConfigurationError("targets_not_rising", place=Place(key="target"))
+            raise ConfigurationError("targets_not_rising", key="target")
         require_count("cycles", self.cycles, 1, MOST_STOPS)
         if self.approaches not in {(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)}:
-            raise ConfigurationError("no_approaches", place=Place(key="approaches"))
+            raise ConfigurationError("no_approaches", key="approaches")
         stops = m * self.cycles * len(self.approaches)
         if stops > MOST_STOPS:
-            raise ConfigurationError(
-                "too_many_stops", stops=stops, most=MOST_STOPS, place=Place(key="cycles")
-            )
+            raise ConfigurationError("too_many_stops", stops=stops, most=MOST_STOPS, key="cycles")
 
     def _check_motion(self) -> None:
         for name in ("feed", "overrun"):
@@ -154,13 +150,10 @@ class TestPlan:
 
     def _check_words(self) -> None:
         if _AXIS_NAME.fullmatch(self.axis) is None:
-            raise ConfigurationError("no_axis_name", name=self.axis, place=Place(key="axis"))
+            raise ConfigurationError("no_axis_name", name=self.axis, key="axis")
         if len(self.title) > LONGEST_TITLE:
             raise ConfigurationError(
-                "title_too_long",
-                characters=len(self.title),
-                most=LONGEST_TITLE,
-                place=Place(key="title"),
+                "title_too_long", characters=len(self.title), most=LONGEST_TITLE, key="title"
             )
         for k, character in enumerate(self.title):
             if not character.isprintable():
@@ -168,7 +161,7 @@ class TestPlan:
                     "title_not_printable",
                     at=k + 1,
                     character=f"U+{ord(character):04X}",
-                    place=Place(key="title"),
+                    key="title",
                 )
 
     @property
@@ -256,8 +249,7 @@ def choose_targets(
     if pitch is not None:
         require_positive("pitch", pitch, _LARGEST)
     if random_share is not None and not 0 <= random_share < 0.5:
-        place = Place(key="random_share")
-        raise ConfigurationError("random_share_outside", share=random_share, place=place)
+        raise ConfigurationError("random_share_outside", share=random_share, key="random_share")
     require_range("seed", seed, 0, _LARGEST_SEED)
     interval, amplitude = _equal_steps(length, targets, pitch, random_share)
     remarks: list[Message] = []
@@ -281,7 +273,7 @@ def choose_targets(
     target = np.round(np.clip(position, start, start + length), _DECIMALS) + 0.0
     if not bool(np.all(np.diff(target) > 0)):
         raise ConfigurationError(
-            "targets_change_places", targets=targets, length=length, place=Place(key="targets")
+            "targets_change_places", targets=targets, length=length, key="targets"
         )
     return TargetChoice(target, interval, amplitude, tuple(remarks))
 

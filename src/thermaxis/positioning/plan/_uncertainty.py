@@ -13,7 +13,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError, require_positive, require_range
+from thermaxis.errors import ConfigurationError, require_known, require_positive, require_range
 from thermaxis.positioning.drift import (
     Readings,
     Sums,
@@ -382,7 +382,7 @@ def _reaches(plan: TestPlan, assumptions: RunAssumptions, key: str) -> float:
         return float(np.sqrt(np.max(np.diag(covariance))))
     value = expected_uncertainty(plan, assumptions).of(key)
     if value is None:
-        raise ConfigurationError("figure_not_given", figure=key, place=Place(key="target_figure"))
+        raise ConfigurationError("figure_not_given", figure=key, key="target_figure")
     return value
 
 
@@ -395,10 +395,7 @@ def _most_cycles(plan: TestPlan, fewest: int, longest_s: float) -> int:
 
     if fewest > most or not fits(fewest):
         raise ConfigurationError(
-            "cycles_take_longer",
-            cycles=fewest,
-            longest_h=longest_s / 3600.0,
-            place=Place(key="longest"),
+            "cycles_take_longer", cycles=fewest, longest_h=longest_s / 3600.0, key="longest"
         )
     longer = _smallest(fewest, most, lambda cycles: not fits(cycles))
     return longer if fits(longer) else longer - 1
@@ -458,13 +455,7 @@ def shortest_plan(
         of cycles takes longer than the longest run or has too many stops or levels.
     """
     require_positive("target_uncertainty", target_uncertainty, 1e9)
-    if key != LEVEL_KEY and key not in FIGURE_KEYS:
-        raise ConfigurationError(
-            "unknown_choice",
-            name=key,
-            known=(LEVEL_KEY, *FIGURE_KEYS),
-            place=Place(key="target_figure"),
-        )
+    require_known("target_figure", [key], (LEVEL_KEY, *FIGURE_KEYS), "unknown_choice")
     assumptions = RunAssumptions() if assumptions is None else assumptions
     smallest = replace(plan, cycles=max(fewest_cycles, FEWEST_CYCLES))
     while why_nothing_is_expected(smallest) is not None and smallest.cycles < 8:

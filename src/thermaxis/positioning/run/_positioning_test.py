@@ -170,9 +170,9 @@ class PositioningTest:
         if self.deviation.shape[1] == 0 or bool(np.all(np.isnan(self.deviation))):
             raise DataError("no_readings")
         if not bool(np.all(np.isfinite(self.target))) or bool(np.any(np.diff(self.target) <= 0)):
-            raise DataError("not_rising", place=Place(key="target"))
+            raise DataError("not_rising", key="target")
         if bool(np.any(np.isinf(self.deviation))):
-            raise DataError("not_finite", place=Place(key="deviation"))
+            raise DataError("not_finite", key="deviation")
         for name, values in self.channels.items():
             self._require_readings_shape(values, Place(channel=name))
 
@@ -187,7 +187,7 @@ class PositioningTest:
                 continue
             self._require_readings_shape(values, Place(key=name))
             if not bool(np.all(np.isfinite(values[measured]))):
-                raise DataError("value_missing_for_reading", place=Place(key=name))
+                raise DataError("value_missing_for_reading", key=name)
         known = (self.time_s is not None, self.order is not None)
         expected = {
             TimeSource.FILE: (True, True),

@@ -203,23 +203,16 @@ def _choose_reference_cycle(
     if cycle is not None:
         if not 1 <= cycle <= test.cycles:
             raise DataError(
-                "outside_range",
-                value=cycle,
-                least=1,
-                most=test.cycles,
-                place=Place(key="reference cycle"),
+                "outside_range", value=cycle, least=1, most=test.cycles, key="reference cycle"
             )
         if not usable[cycle - 1]:
             raise DataError(
-                "cycle_without_reference",
-                cycle=cycle,
-                position=position + 1,
-                place=Place(key="reference cycle"),
+                "cycle_without_reference", cycle=cycle, position=position + 1, key="reference cycle"
             )
         return cycle - 1
     if time_s is not None:
         if test.time_s is None:
-            raise DataError("readings_without_times", place=Place(key="reference time"))
+            raise DataError("readings_without_times", key="reference time")
         chosen, end_s = _first_cycle_from(test, time_s, usable), float(np.nanmax(test.time_s))
         if chosen is None and time_s <= end_s and np.any(usable):
             return int(np.flatnonzero(usable)[-1])
@@ -229,7 +222,7 @@ def _choose_reference_cycle(
                 position=position + 1,
                 time_h=time_s / 3600.0,
                 duration_h=end_s / 3600.0,
-                place=Place(key="reference time"),
+                key="reference time",
             )
         return chosen
     after_two_hours = _first_cycle_from(test, REFERENCE_TIME_S, usable)
@@ -237,9 +230,7 @@ def _choose_reference_cycle(
         return after_two_hours
     if not np.any(usable):
         raise DataError(
-            "reference_never_read",
-            position=position + 1,
-            place=Place(key="reference of the deviation chart"),
+            "reference_never_read", position=position + 1, key="reference of the deviation chart"
         )
     return int(np.flatnonzero(usable)[0])
 
@@ -353,16 +344,10 @@ def evaluate_adjacent_difference(
         raise DataError("too_few_targets", targets=m, needed=2)
     if not 1 <= reference_position <= m:
         raise DataError(
-            "outside_range",
-            value=reference_position,
-            least=1,
-            most=m,
-            place=Place(key="reference position"),
+            "outside_range", value=reference_position, least=1, most=m, key="reference position"
         )
     if reference_cycle is not None and reference_time_s is not None:
-        raise DataError(
-            "only_one_of", names=("reference cycle", "reference time"), place=Place(key="reference")
-        )
+        raise DataError("only_one_of", names=("reference cycle", "reference time"), key="reference")
     position = reference_position - 1
     cycle = _choose_reference_cycle(test, position, reference_cycle, reference_time_s)
     pairs = _complete_cycles_of_pairs(test)

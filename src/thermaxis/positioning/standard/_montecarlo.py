@@ -7,7 +7,6 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.positioning.run import FloatArray, freeze_arrays
 
@@ -104,7 +103,7 @@ def _check(samples: int, repetitions: int, sigmas: tuple[float, float], seed: in
     for name, sigma in zip(("sigma_a", "sigma_b"), sigmas, strict=True):
         require_range(name, sigma, _SMALLEST_SIGMA, _LARGEST_SIGMA)
     if seed < 0:
-        raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
+        raise ConfigurationError("negative", value=seed, key="seed")
 
 
 def _estimate(ratios: FloatArray, theory: float, bias: float) -> RatioEstimate:

@@ -6,7 +6,6 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.positioning.run import PositioningTest
 from thermaxis.quantities import AxisKind
@@ -59,7 +58,7 @@ class UncertaintyBudget:
             value: float | None = getattr(self, name)
             if value is not None and not 0.0 <= value < 1e9:
                 raise ConfigurationError(
-                    "outside_range", value=value, least=0.0, most=1e9, place=Place(key=name)
+                    "outside_range", value=value, least=0.0, most=1e9, key=name
                 )
         certified = (self.device, self.device_um_per_m)
         ranges = (self.device_range, self.device_range_um_per_m)
@@ -200,7 +199,7 @@ def terms_of(test: PositioningTest, budget: UncertaintyBudget) -> Terms:
     rotary = test.kind is AxisKind.ROTARY
     for name in _LINEAR_ONLY if rotary else ():
         if getattr(budget, name) is not None:
-            raise ConfigurationError("linear_axis_only", place=Place(key=name))
+            raise ConfigurationError("linear_axis_only", key=name)
     systematic, unit = tuple(_systematic(test, budget)), test.kind.units.deviation
     widths = {ENVIRONMENT: budget.environmental_variation, RESOLUTION: test.resolution or None}
     of_readings = tuple(

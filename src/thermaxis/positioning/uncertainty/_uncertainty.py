@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.positioning.run import FloatArray, PositioningTest, placed
 from thermaxis.positioning.standard import (
@@ -525,7 +525,7 @@ def evaluate_uncertainty(
     """
     require_range("samples", samples, _FEWEST_SAMPLES, _MOST_SAMPLES)
     if seed < 0:
-        raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
+        raise ConfigurationError("negative", value=seed, key="seed")
     terms = terms_of(test, budget or UncertaintyBudget())
     estimate = _estimate(test, drift, terms.reading_error**2)
     seeds = np.random.SeedSequence(seed).spawn(4)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import format_tidy_csv
 from thermaxis.report._certified_report import CertifiedReport
@@ -87,9 +86,7 @@ def write_certificate(report: CertifiedReport, make: Callable[[], Document], *pa
     """Write any certificate in the formats that the files' suffixes name, as `write_report`."""
     for path in paths:
         if path.suffix.lower() not in _FORMATS:
-            raise ConfigurationError(
-                "report_suffix", place=Place(file=str(path)), suffix=path.suffix
-            )
+            raise ConfigurationError("report_suffix", file=path, suffix=path.suffix)
     document = make()
     for path in paths:
         write_bytes(path, _FORMATS[path.suffix.lower()](report, document))

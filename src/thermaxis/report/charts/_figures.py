@@ -10,7 +10,6 @@ from typing import final
 from matplotlib.figure import Figure
 
 from thermaxis import __version__
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import (
     DifferenceMonteCarlo,
@@ -194,7 +193,7 @@ def draw_figure(test: PositioningTest, name: str) -> Figure:
     charts = {chart.name: chart for chart in charts_of(report)}
     if name not in charts:
         known = (*charts, _DRIFT.name)
-        raise ConfigurationError("unknown_choice", name=name, known=known, place=Place(key="name"))
+        raise ConfigurationError("unknown_choice", name=name, known=known, key="name")
     with drawing(name):
         return charts[name].draw(report)
 

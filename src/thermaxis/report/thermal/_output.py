@@ -4,7 +4,6 @@ import datetime as dt
 from collections.abc import Sequence
 from pathlib import Path
 
-from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel, Provenance
 from thermaxis.errors import ConfigurationError
 from thermaxis.report._document import Document
@@ -25,15 +24,14 @@ def _check_suffixes(paths: Sequence[Path]) -> None:
     for path in paths:
         suffix = path.suffix.lower()
         if suffix not in {".pdf", ".html", ".htm"}:
-            place = Place(file=str(path))
-            raise ConfigurationError("report_suffix", place=place, suffix=path.suffix)
+            raise ConfigurationError("report_suffix", file=path, suffix=path.suffix)
 
 
 def _check_same(logs: Sequence[ThermalLog], result: Verification) -> None:
     if len(logs) != len(result.logs) or any(
         log.rows != found.time_s.size for log, found in zip(logs, result.logs, strict=True)
     ):
-        raise ConfigurationError("other_logs_than_verified", place=Place(key="logs"))
+        raise ConfigurationError("other_logs_than_verified", key="logs")
 
 
 def write_verification_report(

@@ -9,7 +9,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 
-from thermaxis.codes import Message, Place, printable
+from thermaxis.codes import Message, printable
 from thermaxis.errors import DataError
 from thermaxis.files.table import protected
 from thermaxis.positioning import (
@@ -148,7 +148,7 @@ def evaluate_trend(
     kinds = {test.kind for _, test in tests}
     if len(kinds) > 1:
         odd = next(name for name, test in tests if test.kind is not tests[0][1].kind)
-        raise DataError("runs_of_two_kinds", place=Place(file=odd))
+        raise DataError("runs_of_two_kinds", file=odd)
     said: list[Message] = []
     runs: list[TrendRun] = []
     for done, (name, test) in enumerate(tests):

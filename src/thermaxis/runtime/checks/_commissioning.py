@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Final, final
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.compensation import (
     Compensation,
     Limits,
@@ -169,7 +169,7 @@ async def _try_a_little(
             digits = math.floor(math.log10(abs(little_um)) + 1e-9)  # units are powers of ten
             little_um = math.copysign(10.0 ** (digits + 1), plan.step_um)
             if abs(little_um) >= abs(plan.step_um):
-                raise DataError("step_untold", place=Place(channel=plan.output))
+                raise DataError("step_untold", channel=plan.output)
         tried_um = abs(little_um)
         moved_um = await mover.measured(measure, "further", by_um=little_um)
         far_um = FAR_UM + 5.0 * (plan.noise_um + abs(little_um))
@@ -178,7 +178,7 @@ async def _try_a_little(
                 "step_moved_otherwise",
                 moved_um=moved_um - before_um,
                 asked_um=little_um,
-                place=Place(channel=plan.output),
+                channel=plan.output,
             )
 
 
@@ -208,10 +208,10 @@ async def prove_step(
     found = await sink.found(_WAIT_S) or {}
     found_um = found.get(plan.output)
     if found_um is None or any(offset is None for offset in found.values()):
-        raise DataError("offset_unreadable", place=Place(channel=plan.output))
+        raise DataError("offset_unreadable", channel=plan.output)
     goal_um = found_um + plan.step_um
     if abs(goal_um) > plan.limits.total_um or abs(found_um) > plan.limits.total_um:
-        raise DataError("step_outside_limits", found_um=found_um, place=Place(channel=plan.output))
+        raise DataError("step_outside_limits", found_um=found_um, channel=plan.output)
     mover = _Mover(sink, clock, plan, {n: o for n, o in found.items() if o is not None})
     try:
         await mover.stand(SOONEST_S)
@@ -328,7 +328,7 @@ class _Mover:
                     "offset_not_back",
                     goal_um=goal_um,
                     found_um=self.applied.accepted_um,
-                    place=Place(channel=self.plan.output),
+                    channel=self.plan.output,
                 )
 
     async def stand(self, seconds: float | None = None) -> None:
@@ -350,7 +350,6 @@ class _Mover:
     async def _cycle(self, goal_um: float) -> None:
         """Look, judge, write, as the loop does; nothing moves while the machine differs."""
         begin_s = self.clock.monotonic_s()
-        place = Place(channel=self.plan.output)
         at = begin_s, self.clock.utc()
         moved = await self._look(at)
         if self.agrees:
@@ -361,7 +360,7 @@ class _Mover:
                 "offset_differs",
                 reported_um=self.applied.accepted_um,
                 written_um=goal_um if moved else self.now_um,
-                place=place,
+                channel=self.plan.output,
             )
         wanted_um = self.now_um
         if self.agrees or self.returning:
@@ -369,7 +368,7 @@ class _Mover:
         offsets_um = {**self.offsets_um, self.plan.output: wanted_um}
         known = self._state.known and not self._state.doubtful
         if not known or not await self.sink.write(offsets_um, _WAIT_S):
-            raise DataError("offset_refused", written_um=wanted_um, place=place)
+            raise DataError("offset_refused", written_um=wanted_um, channel=self.plan.output)
         self.offsets_um = offsets_um
         self._state = write_step(self._rules, self._state, tuple(offsets_um.values()), at)
         await self.clock.sleep_until(begin_s + self.plan.cycle_s)

@@ -10,7 +10,6 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import Any, Final, cast, final
 
-from thermaxis.codes import Place
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -149,7 +148,7 @@ class MachineConfiguration(MachineFile):
         """
         server, screen = self.server, self.screen
         if server is None or screen is None:
-            raise ConfigurationError("no_screen_table", place=Place(str(self.path)))
+            raise ConfigurationError("no_screen_table", file=self.path)
         host = EVERY_ADDRESS.get(server.address, server.address)
         shown = f"[{host}]" if ":" in host else host
         encrypted = server.certificate is not None and screen.client_certificate is not None
@@ -170,20 +169,19 @@ class MachineConfiguration(MachineFile):
         Every link is followed: what lies outside of the folder is refused.
         """
         if self.machine.model_folder is None:
-            raise ConfigurationError("no_model_folder", place=Place(self.path.name))
-        place = Place(name)
+            raise ConfigurationError("no_model_folder", file=self.path.name)
         parts = PurePosixPath(name.replace("\\", "/"))
         if not name.isprintable() or parts.is_absolute() or ".." in parts.parts or ":" in name:
-            raise ConfigurationError("no_model_name", place=place)
+            raise ConfigurationError("no_model_name", file=name)
         try:
             folder = self.machine.model_folder.resolve(strict=True)
             file = (folder / parts).resolve(strict=True)
             inside = file.is_relative_to(folder) and file.is_file()
         except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
             cause = getattr(error, "strerror", None) or os.strerror(errno.ELOOP)
-            raise ConfigurationError("no_such_model", cause=cause, place=place) from None
+            raise ConfigurationError("no_such_model", cause=cause, file=name) from None
         if not inside:
-            raise ConfigurationError("model_outside_folder", place=place)
+            raise ConfigurationError("model_outside_folder", file=name)
         return file
 
     def other_model(self, name: str) -> tuple[Compensation, str]:

@@ -9,7 +9,7 @@ from dataclasses import fields
 from itertools import combinations
 from typing import Any, Final, get_args, get_type_hints
 
-from thermaxis.codes import Message, Place, Value
+from thermaxis.codes import Message, Value
 from thermaxis.compensation import MOST_EXPECTED, CompensationModel
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import nearest, problem
@@ -223,7 +223,7 @@ def check_pages(screen: ScreenSettings) -> None:
     """Check how pages of no machine are served."""
     for wrong, code, key, values in _about_pages(screen):
         if wrong:
-            raise ConfigurationError(code, place=Place(key=key), **values)
+            raise ConfigurationError.of(problem(code, key, **values))
 
 
 def _about_pages(screen: ScreenSettings) -> Iterator[_Row]:

@@ -213,8 +213,7 @@ class _Reading:
         table = _with_secret("historian", table)
         if file is not None:
             if table.password:
-                place = Place(key="historian.password_file")
-                raise ConfigurationError("sqlite_without_password", place=place)
+                raise ConfigurationError("sqlite_without_password", key="historian.password_file")
             url = f"sqlite:///{self.path.parent / file}"
         else:
             folder = folder or self.path.with_name(f"{self.path.stem}.postgresql")

@@ -68,7 +68,7 @@ def require_file(
     except (OSError, ValueError):
         there = False
     if not there:
-        raise ConfigurationError(code, place=Place(str(path), key=key))
+        raise ConfigurationError(code, file=path or "", key=key)
     return path
 
 
@@ -407,7 +407,7 @@ class ServerSettings:
             code = "nobody_can_connect"
         else:
             return
-        raise ConfigurationError(code, place=Place(key="server"))
+        raise ConfigurationError(code, key="server")
 
 
 @final
@@ -525,7 +525,7 @@ def check_pair(
     """Check that a certificate does not stand without its key."""
     if (certificate is None) != (private_key is None):
         lacking = f"{prefix}{'certificate' if certificate is None else 'private_key'}"
-        raise ConfigurationError("pair_incomplete", name=lacking, place=Place(key=key))
+        raise ConfigurationError("pair_incomplete", name=lacking, key=key)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,6 @@ from typing import Final, NamedTuple, final
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from thermaxis.codes import Place
 from thermaxis.errors import DataError, ThermaxisError
 from thermaxis.runtime.history._database import printable_cause, reading_engine
 from thermaxis.runtime.history._parts import (
@@ -69,7 +68,7 @@ def done(order: Order, password: str = "") -> Iterator[str]:
     try:
         with engine.connect() as connection:
             if known_of(connection)[CLOSED] != "0" and not folder.is_dir():  # a disk is away
-                raise DataError("history_folder_lost", place=Place(order.folder))
+                raise DataError("history_folder_lost", file=order.folder)
             part = Part(order.first, order.last, day_folder(folder, date.fromisoformat(order.day)))
             write_part(part, rows(connection, order.table, (order.first, order.last)))
     finally:

@@ -60,7 +60,7 @@ def reading_engine(url: str, password: str = "") -> sa.Engine:
         moment = "-c default_transaction_isolation=repeatable\\ read"
         return _postgresql_engine(url, password, f" -c default_transaction_read_only=on {moment}")
     if not path.is_file():
-        raise ConfigurationError("history_not_there", place=Place(str(path)))
+        raise ConfigurationError("history_not_there", file=path)
     # A folder that cannot be written to has no place for the log's index; a file without a log
     # needs none.
     alone = not path.with_name(path.name + "-wal").exists()

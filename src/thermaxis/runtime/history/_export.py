@@ -11,7 +11,6 @@ from typing import Final, final
 
 import polars as pl
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files.table import protected
 from thermaxis.runtime.history._columns import ACTIVE, ID, TIME
@@ -77,7 +76,7 @@ def export_history(
     known = _headings(reader.columns(first, last), everything=everything)
     wanted = [name for name in known if not patterns or _matches(name, patterns)]
     if not wanted:
-        raise DataError("no_matching_column", known=tuple(known), place=Place(reader.where))
+        raise DataError("no_matching_column", known=tuple(known), file=reader.where)
     part = path.with_name(f"{path.name}.part")
     as_text = path.suffix.casefold() == ".csv"
 
@@ -127,9 +126,9 @@ def _matches(name: str, patterns: Sequence[str]) -> bool:
 def _no_cycle(reader: HistoryReader) -> DataError:
     found = reader.span()
     if found is None:
-        return DataError("history_empty", place=Place(reader.where))
+        return DataError("history_empty", file=reader.where)
     first, last = (moment.isoformat() for moment in found)
-    return DataError("no_cycle_in_span", first=first, last=last, place=Place(reader.where))
+    return DataError("no_cycle_in_span", first=first, last=last, file=reader.where)
 
 
 # ---- a whole history ----------------------------------------------------------------------------
@@ -170,7 +169,7 @@ def check_history(
         report("checking the file", 0, 0)
         damage = check_file(path)
         if damage:
-            raise DataError("history_damaged", detail=damage, place=Place(str(path)))
+            raise DataError("history_damaged", detail=damage, file=path)
     with HistoryReader(url, password) as reader:
         report("reading the cycles", 0, 0)
         every = pl.len().alias(""), pl.all().hash().sum()  # a sum of all reads all
@@ -208,14 +207,14 @@ def copy_history(url: str, target: Path) -> None:
     """
     path = check_url(url, key="HISTORY")
     if path is None:
-        raise ConfigurationError("server_history_copied", place=Place(url))
+        raise ConfigurationError("server_history_copied", file=url)
     folder, part = (
         history_folder(f"sqlite:///{target}", None),
         target.with_name(f"{target.name}.part"),
     )
     for taken in (target, folder, part):
         if taken.exists():
-            raise ConfigurationError("file_exists", place=Place(str(taken)))
+            raise ConfigurationError("file_exists", file=taken)
 
     def copied() -> None:
         part.unlink(missing_ok=True)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from filelock import BaseFileLock
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host import file_lock
 
@@ -25,7 +24,7 @@ def check_file(path: Path) -> str:
         return ""
     with path.open("rb") as stream:
         if b"\0" not in stream.read(4096):
-            raise ConfigurationError("text_no_database", place=Place(str(path)))
+            raise ConfigurationError("text_no_database", file=path)
     # Reading only: what a sudden end has left in the log is looked at where it is.
     address = f"{path.resolve().as_uri()}?mode=ro"
     connection = sqlite3.connect(address, uri=True, timeout=5.0, isolation_level=None)
@@ -57,5 +56,5 @@ def writer_lock(path: Path) -> BaseFileLock:
     Not protected: on systems without locks on files, and on network drives that do not pass them
     on.
     """
-    taken = ConfigurationError("history_in_use", place=Place(str(path)))
+    taken = ConfigurationError("history_in_use", file=path)
     return file_lock(path.with_name(path.name + ".lock"), taken, required=False)

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import quote
 
-from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.runtime._ports import DATUM
 from thermaxis.runtime.history._columns import TIME
@@ -177,7 +176,7 @@ def write_part(part: Part, rows: "Iterator[pl.DataFrame]") -> Part:
     part.folder.mkdir(parents=True, exist_ok=True)
     with _written(part.cycles, next(rows).schema, lambda: rows) as (target, number):
         if number != part.last - part.first + 1:
-            raise DataError("part_incomplete", place=Place(str(part.cycles)))
+            raise DataError("part_incomplete", file=part.cycles)
         minutes = minutes_of(pl.scan_parquet(target, hive_partitioning=False)).collect(
             engine="streaming"
         )
@@ -251,7 +250,7 @@ def _written(
         )
         read = [frame.select(sums) for frame in _pieces([target], schema)]
         if not pl.concat([total.clear(), *read]).sum().equals(total):
-            raise DataError("part_not_read_back", place=Place(str(path)))
+            raise DataError("part_not_read_back", file=path)
         yield target, int(total.item(0, 0))
         target.replace(path)
     finally:

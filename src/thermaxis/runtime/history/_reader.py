@@ -102,7 +102,7 @@ class HistoryReader:
         with self._asked() as connection:
             if t.is_history(connection, self.where):
                 return t.known_of(connection)
-        raise DataError("no_history", place=Place(self.where))
+        raise DataError("no_history", file=self.where)
 
     @property
     def in_place(self) -> bool:
@@ -151,7 +151,7 @@ class HistoryReader:
     @contextmanager
     def _asked(self) -> Generator[sa.Connection]:
         if self._interrupted:
-            raise DataError("question_interrupted", place=Place(self.where))
+            raise DataError("question_interrupted", file=self.where)
         with self._errors_named(), self._connection.begin():
             yield self._connection
 
@@ -248,7 +248,7 @@ class HistoryReader:
 
     def _filed(self, closed: int, span: Span = (None, None)) -> Iterator[Part]:
         if closed and not self.folder.is_dir():
-            raise DataError("history_folder_lost", place=Place(str(self.folder)))
+            raise DataError("history_folder_lost", file=self.folder)
         first, last = span
         for day, path in days_of(self.folder).items():
             if (first is None or day >= first.date()) and (last is None or day <= last.date()):
@@ -375,12 +375,10 @@ class HistoryReader:
         for name in names:
             if name not in known:
                 nearest = get_close_matches(name, known, n=1, cutoff=0.3)
-                raise DataError(
-                    "unknown_name", name=name, known=tuple(nearest), place=Place(self.where)
-                )
+                raise DataError("unknown_name", name=name, known=tuple(nearest), file=self.where)
         first_us, last_us = to_us(first), to_us(last)
         if last_us <= first_us or points < 1:
-            raise DataError("trend_without_span", place=Place(self.where))
+            raise DataError("trend_without_span", file=self.where)
         step_us = -(-(last_us - first_us) // points)
         long = step_us >= _MINUTE_US
         if long:

@@ -12,7 +12,6 @@ from typing import Any, Final, final
 import sqlalchemy as sa
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._backlog import from_us
 from thermaxis.runtime.history import _tables as t
@@ -83,7 +82,7 @@ class Store:
         if self._path is None:
             held = connection.execute(sa.select(sa.func.pg_try_advisory_lock(_LOCK_KEY)))
             if not held.scalar_one():
-                raise ConfigurationError("history_in_use", place=Place(where))
+                raise ConfigurationError("history_in_use", file=where)
         if not t.is_history(connection, where):
             t.metadata.create_all(connection)
             self._know("version", t.VERSION)
@@ -92,7 +91,7 @@ class Store:
         self._closed = filed if closed is None else int(closed)  # a new one goes on with the files
         last = max(self._closed, *[self._greatest(t.named(name).c[ID]) for name in tables], 0)
         if filed > last:  # rows go after their file is known, so it has no id that was never here
-            raise ConfigurationError("history_files_foreign", place=Place(str(self.folder)))
+            raise ConfigurationError("history_files_foreign", file=self.folder)
         self._know(t.CLOSED, str(self._closed))
         self.following = last + 1, self._greatest(t.events.c[ID]) + 1
         """Ids of the next cycle and the next event. [1]"""

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.history._columns import ID, TIME, Column
 
@@ -101,12 +100,12 @@ def is_history(connection: sa.Connection, where: str) -> bool:
     """Return whether a database has a history; refuse one that another program has written."""
     names = sa.inspect(connection).get_table_names()
     if _EARLIER in names:
-        raise ConfigurationError("history_earlier", place=Place(where))
+        raise ConfigurationError("history_earlier", file=where)
     if history.name not in names:
         return False
     found = known_of(connection).get("version", "")
     if found != VERSION:
-        raise ConfigurationError("history_version", found=found, known=VERSION, place=Place(where))
+        raise ConfigurationError("history_version", found=found, known=VERSION, file=where)
     return True
 
 

@@ -2,7 +2,6 @@
 
 import polars as pl
 
-from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel, TouchOutcome
 from thermaxis.errors import DataError
 from thermaxis.runtime._ports import DATUM, probe_name
@@ -44,7 +43,7 @@ def touched_log(cycles: pl.LazyFrame, model: CompensationModel, where: str) -> T
     for name in model.channels:
         columns = [c for c in (output_column(name, "used"), input_column(name)) if c in known]
         if not columns:
-            raise DataError("no_matching_column", known=(name,), place=Place(where))
+            raise DataError("no_matching_column", known=(name,), file=where)
         channels[name] = columns[0]
     minute = pl.col(TIME).dt.truncate("1m").alias(MINUTE)
     wanted = [pl.col(c).mean().alias(n) for n, c in channels.items()]
@@ -53,7 +52,7 @@ def touched_log(cycles: pl.LazyFrame, model: CompensationModel, where: str) -> T
         wanted.append(pl.any_horizontal(pl.col(c) == DATUM for c in told).any().alias(DATUM))
     found = cycles.group_by(minute).agg(wanted).sort(MINUTE).collect()
     if not found.height:
-        raise DataError("history_empty", place=Place(where))
+        raise DataError("history_empty", file=where)
     for output in model.outputs:
         probe = input_column(probe_name(output.name))
         if probe in known:

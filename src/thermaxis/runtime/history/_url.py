@@ -57,7 +57,7 @@ def history_folder(url: str, folder: Path | None) -> Path:
     if folder is not None:
         return folder
     if path is None:
-        raise ConfigurationError("history_folder_missing", place=Place(key="historian.folder"))
+        raise ConfigurationError("history_folder_missing", key="historian.folder")
     return path.with_suffix("") if path.suffix else path.with_name(f"{path.name}.parts")
 
 
@@ -95,13 +95,13 @@ def refuse_password(url: str, *, key: str) -> None:
     try:
         password = parts.password
     except ValueError:
-        raise ConfigurationError("no_database_url", place=Place(key=key)) from None
+        raise ConfigurationError("no_database_url", key=key) from None
     if password is not None or "password" in parse_qs(parts.query, keep_blank_values=True):
-        raise ConfigurationError("password_in_address", place=Place(key=key))
+        raise ConfigurationError("password_in_address", key=key)
 
 
 def _split(url: str) -> SplitResult:
     try:
         return urlsplit(url)
     except ValueError:
-        raise ConfigurationError("no_database_url", place=Place(key="url")) from None
+        raise ConfigurationError("no_database_url", key="url") from None

@@ -9,12 +9,13 @@ import sys
 import tempfile
 from collections.abc import Generator, Iterable
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from filelock import BaseFileLock, FileLock, Timeout
 
-from thermaxis.codes import Place, printable
+from thermaxis.codes import printable
 from thermaxis.errors import ConfigurationError
 
 _NO_LOCKS: Final = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}
@@ -40,9 +41,7 @@ def file_lock(path: Path, taken: ConfigurationError, *, required: bool) -> BaseF
             raise
         if required:
             cause = error.strerror or type(error).__name__
-            raise ConfigurationError(
-                "disk_without_locks", cause=cause, place=Place(str(path))
-            ) from None
+            raise ConfigurationError("disk_without_locks", cause=cause, file=path) from None
     return lock
 
 
@@ -66,7 +65,7 @@ def _signed(path: Path) -> str:
 def _held_by(taken: ConfigurationError, pid: str) -> ConfigurationError:
     """Return the error with the process, where its sentence has a place for it."""
     known = {"pid": pid} if "pid" in taken.values else {}
-    return ConfigurationError(taken.code, place=taken.place, **(taken.values | known))
+    return ConfigurationError.of(replace(taken.message, values=taken.values | known))
 
 
 @contextmanager
@@ -77,8 +76,7 @@ def held_lock(path: Path, taken: ConfigurationError, *, required: bool) -> Gener
         lock = file_lock(path, taken, required=required)
     except OSError as error:
         cause = error.strerror or type(error).__name__
-        place = Place(str(path.parent))
-        raise ConfigurationError("folder_unwritable", cause=cause, place=place) from None
+        raise ConfigurationError("folder_unwritable", cause=cause, file=path.parent) from None
     try:
         yield
     finally:
@@ -93,7 +91,7 @@ def sole_runner(state_file: Path, machine: str, offsets: Iterable[str] = ()) -> 
     knows the server or the node by another name. The read-back notices what it writes.
     """
     path = state_file.with_name(f"{state_file.name}.lock")
-    taken = ConfigurationError("machine_in_use", machine=machine, pid="", place=Place(str(path)))
+    taken = ConfigurationError("machine_in_use", machine=machine, pid="", file=path)
     with ExitStack() as held:
         held.enter_context(held_lock(path, taken, required=True))
         for offset in offsets:
@@ -109,9 +107,7 @@ def _held_name(offset: str) -> Generator[None]:
     a common folder that they may write to share these names, and the kernel frees them.
     """
     name = f"thermaxis-{hashlib.sha256(offset.encode()).hexdigest()}"
-    taken = ConfigurationError(
-        "offset_in_use", offset=printable(offset), pid="", place=Place(key="sink")
-    )
+    taken = ConfigurationError("offset_in_use", offset=printable(offset), pid="", key="sink")
     if sys.platform != "linux":
         with held_lock(Path(tempfile.gettempdir()) / f"{name}.lock", taken, required=True):
             yield

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
 
@@ -24,9 +23,9 @@ def refuse_readable(path: Path, *, key: str = "") -> None:
     except (OSError, ValueError) as error:
         raise unreadable(path, error, key=key) from None
     if not stat.S_ISREG(mode):
-        raise ConfigurationError("not_a_file", place=Place(str(path), key=key))
+        raise ConfigurationError("not_a_file", file=path, key=key)
     if os.name == "posix" and mode & (stat.S_IRWXG | stat.S_IRWXO):
-        raise ConfigurationError("file_open_to_others", place=Place(str(path), key=key))
+        raise ConfigurationError("file_open_to_others", file=path, key=key)
 
 
 def read_limited(path: Path, *, limit_bytes: int, key: str = "") -> bytes:
@@ -37,8 +36,7 @@ def read_limited(path: Path, *, limit_bytes: int, key: str = "") -> bytes:
     except (OSError, ValueError) as error:
         raise unreadable(path, error, key=key) from None
     if len(content) > limit_bytes:
-        place = Place(str(path), key=key)
-        raise ConfigurationError("file_too_long", most_bytes=limit_bytes, place=place)
+        raise ConfigurationError("file_too_long", most_bytes=limit_bytes, file=path, key=key)
     return content
 
 
@@ -56,14 +54,14 @@ def read_secret(path: Path, *, key: str = "") -> Secret:
     except UnicodeDecodeError:
         text = ""
     if not text or "\x00" in text:
-        raise ConfigurationError("no_secret_in_file", place=Place(str(path), key=key))
+        raise ConfigurationError("no_secret_in_file", file=path, key=key)
     return Secret(text)
 
 
 def unreadable(path: Path, error: OSError | ValueError, *, key: str = "") -> ConfigurationError:
     """Return the error for a file that cannot be read."""
     cause: str = getattr(error, "strerror", None) or type(error).__name__
-    return ConfigurationError("file_unreadable", cause=cause, place=Place(str(path), key=key))
+    return ConfigurationError("file_unreadable", cause=cause, file=path, key=key)
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple, final
 
 from pydantic import TypeAdapter
 
-from thermaxis.codes import Message, Place, message_as_json, values_of_json
+from thermaxis.codes import Message, message_as_json, values_of_json
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._ports import LoopAnswer, RequestBox, RequestOutcome
@@ -116,7 +116,7 @@ def ask_loop(
                 said = json.loads(stream.readline(_LONGEST_BYTES))
     except (OSError, ValueError) as error:
         cause: str = getattr(error, "strerror", None) or "no answer"
-        raise ConfigurationError("loop_not_asked", cause=cause, place=Place(str(path))) from None
+        raise ConfigurationError("loop_not_asked", cause=cause, file=path) from None
     return LocalAnswer(said["accepted"], Message(said["code"], values_of_json(said["values"])))
 
 

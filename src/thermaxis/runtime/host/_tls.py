@@ -4,7 +4,6 @@ import ssl
 import tempfile
 from pathlib import Path
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.host._private_files import read_limited, refuse_readable
 
@@ -28,10 +27,7 @@ def server_context(certificate: Path, private_key: Path) -> ssl.SSLContext:
                 context.load_cert_chain(pem.name, private_key, password=_no_password)
     except (OSError, ValueError) as error:
         raise ConfigurationError(
-            "pair_unusable",
-            key_file=str(private_key),
-            cause=str(error),
-            place=Place(str(certificate)),
+            "pair_unusable", key_file=str(private_key), cause=str(error), file=certificate
         ) from None
     return context
 

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_model
 from thermaxis.files.settings import write_document
@@ -29,8 +28,9 @@ def model_folder(configuration: MachineConfiguration) -> Path:
         If the machine has none.
     """
     if configuration.machine.model_folder is None:
-        place = Place(str(configuration.path), key="machine.model_folder")
-        raise ConfigurationError("no_model_folder", place=place)
+        raise ConfigurationError(
+            "no_model_folder", file=configuration.path, key="machine.model_folder"
+        )
     return configuration.machine.model_folder
 
 
@@ -47,7 +47,7 @@ def model_in_force(configuration: MachineConfiguration) -> ModelFile:
         return configuration.model
     found = read_model_file(configuration.find_model(saved.model_file))
     if found.sha256 != saved.model_sha256:
-        raise ConfigurationError("hash_mismatch", place=Place(found.path.name, key="sha256"))
+        raise ConfigurationError("hash_mismatch", file=found.path.name, key="sha256")
     return found
 
 

@@ -69,7 +69,7 @@ def with_self_test(compensation: Compensation) -> Compensation:
     if len(compensation.interlocks) and compensation.interlocks[0] == SELF_TEST:
         return compensation
     if SELF_TEST in compensation.interlocks:
-        raise ConfigurationError("reserved_name", name=SELF_TEST, place=Place(key="interlock"))
+        raise ConfigurationError("reserved_name", name=SELF_TEST, key="interlock")
     return replace(compensation, interlocks=(SELF_TEST, *compensation.interlocks))
 
 

@@ -60,7 +60,7 @@ def certificate_from(content: bytes, *, file: str) -> Certificate:
             parsed = x509.load_der_x509_certificate(_first_of_chain(content))
         return _said_by(parsed)  # decodes its parts only now
     except (ValueError, TypeError, x509.DuplicateExtension, UnsupportedAlgorithm):
-        raise ConfigurationError("no_certificate", place=Place(file)) from None
+        raise ConfigurationError("no_certificate", file=file) from None
 
 
 def _said_by(parsed: x509.Certificate) -> Certificate:
@@ -107,11 +107,11 @@ def private_key_of(path: Path) -> rsa.RSAPrivateKey:
         else:
             key = serialization.load_der_private_key(content, password=None)
     except TypeError:
-        raise ConfigurationError("key_locked", place=Place(str(path))) from None
+        raise ConfigurationError("key_locked", file=path) from None
     except ValueError:
         key = None
     if not isinstance(key, rsa.RSAPrivateKey):
-        raise ConfigurationError("no_rsa_key", place=Place(str(path)))
+        raise ConfigurationError("no_rsa_key", file=path)
     return key
 
 
@@ -120,13 +120,13 @@ def check_own_pair(
 ) -> None:
     """Check that an own certificate fits its key and the address of the application."""
     if certificate.parsed.public_key() != key.public_key():
-        raise ConfigurationError("pair_differs", place=Place(file))
+        raise ConfigurationError("pair_differs", file=file)
     if application_uri not in certificate.application_uris:
         raise ConfigurationError(
             "application_uri_differs",
             found=certificate.application_uris,
             stated=application_uri,
-            place=Place(file),
+            file=file,
         )
 
 

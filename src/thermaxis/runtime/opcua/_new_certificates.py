@@ -12,7 +12,6 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import rsa
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.runtime.host import whole_file
 from thermaxis.runtime.opcua._certificates import Certificate
@@ -77,16 +76,13 @@ class NewCertificate:
         require_range("days", self.days, 1, LONGEST_DAYS)
         uri = self.application_uri
         if not 1 <= len(uri) <= 200 or not uri.isascii() or not uri.isprintable() or " " in uri:
-            raise ConfigurationError("no_application_uri", place=Place(key="uri"))
+            raise ConfigurationError("no_application_uri", key="uri")
         for host in self.hosts:
             if not 1 <= len(host) <= 253 or not host.isascii() or not host.isprintable():
-                raise ConfigurationError("no_host_name", name=host, place=Place(key="host"))
+                raise ConfigurationError("no_host_name", name=host, key="host")
         if len(self.organisation) > 64:
             raise ConfigurationError(
-                "text_too_long",
-                characters=len(self.organisation),
-                most=64,
-                place=Place(key="organisation"),
+                "text_too_long", characters=len(self.organisation), most=64, key="organisation"
             )
 
 
@@ -139,7 +135,7 @@ def write_pair(
 ) -> None:
     """Write a certificate and its key; the key is never readable by others, not for a moment."""
     if certificate.absolute() == key.absolute():
-        raise ConfigurationError("same_file_twice", place=Place(str(key)))
+        raise ConfigurationError("same_file_twice", file=key)
     for path in (certificate, key):
         _refuse_kept(path, replace=replace)
     der, pem = pair
@@ -155,7 +151,7 @@ def write_certificate(path: Path, certificate: Certificate, *, replace: bool = F
 
 def _refuse_kept(path: Path, *, replace: bool) -> None:
     if not replace and (path.exists() or path.is_symlink()):
-        raise ConfigurationError("file_kept", place=Place(str(path)))
+        raise ConfigurationError("file_kept", file=path)
 
 
 def _write(path: Path, content: bytes, *, mode: int) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import unquote
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ def _identifier(rest: str, text: str) -> int | str | bytes | uuid.UUID:
 
 
 def _no_node(text: str) -> ConfigurationError:
-    return ConfigurationError("no_node_id", text=text, place=Place(key="node"))
+    return ConfigurationError("no_node_id", text=text, key="node")
 
 
 def node_id(node: NodeText, namespaces: Sequence[str]) -> "ua.NodeId | None":

@@ -21,7 +21,7 @@ from datetime import date, datetime
 from pathlib import Path
 from typing import Final, NamedTuple, final
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
 from thermaxis.runtime._backlog import from_us, to_us
@@ -330,5 +330,5 @@ def write_parquet(log: Path, sources: Path) -> None:
 
 def sole_writer(folder: Path, name: str) -> AbstractContextManager[None]:
     """Keep other recordings of the same name out of a folder, as long as this one runs."""
-    taken = ConfigurationError("recording_in_use", name=name, pid="", place=Place(str(folder)))
+    taken = ConfigurationError("recording_in_use", name=name, pid="", file=folder)
     return held_lock(folder / f".{name}.lock", taken, required=False)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Annotated, Literal, final, get_args
 
-from thermaxis.codes import Place
 from thermaxis.compensation import LONGEST_CYCLE_S, SHORTEST_CYCLE_S, Limits
 from thermaxis.errors import ConfigurationError, require_positive, require_range
 from thermaxis.runtime._keys import Only, Word
@@ -45,7 +44,7 @@ class LinuxCncOutput:
         """Check the values and work out the factor."""
         require_range("joint", self.joint, 0, _LAST_JOINT)
         if self.unit not in get_args(HalUnit):
-            raise ConfigurationError("no_linear_unit", unit=self.unit, place=Place(key="unit"))
+            raise ConfigurationError("no_linear_unit", unit=self.unit, key="unit")
         stated = self.largest_acceleration_um_per_s2
         if stated == 0.0:
             stated = ACCELERATION_PER_RATE * self.limits.largest_rate_um_per_s
@@ -113,14 +112,12 @@ class LinuxCncSettings(HalSettings):
 
     def __post_init__(self) -> None:
         if not self.outputs:
-            raise ConfigurationError("no_output_named", place=Place(key="output"))
+            raise ConfigurationError("no_output_named", key="output")
         joints = [output.joint for output in self.outputs.values()]
         for name, output in self.outputs.items():
             if joints.count(output.joint) > 1:
                 raise ConfigurationError(
-                    "joint_twice",
-                    joint=output.joint,
-                    place=Place(key=f"output.{name}", channel=name),
+                    "joint_twice", joint=output.joint, key=f"output.{name}", channel=name
                 )
         require_range("cycle_s", self.cycle_s, SHORTEST_CYCLE_S, LONGEST_CYCLE_S)
         if self.watchdog_s == 0.0:
@@ -132,11 +129,11 @@ class LinuxCncSettings(HalSettings):
                 value_s=self.watchdog_s,
                 cycle_s=self.cycle_s,
                 most_s=2.0 * LONGEST_CYCLE_S,
-                place=Place(key="watchdog_s"),
+                key="watchdog_s",
             )
         require_positive("retry_s", self.retry_s, LONGEST_CYCLE_S)
         if re.fullmatch(r"[A-Za-z0-9_.-]{1,40}", self.thread) is None:
-            raise ConfigurationError("no_hal_thread", place=Place(key="thread"))
+            raise ConfigurationError("no_hal_thread", key="thread")
         object.__setattr__(self, "outputs", MappingProxyType(dict(self.outputs)))
 
 

@@ -5,7 +5,6 @@ import re
 from dataclasses import dataclass
 from typing import Final, final
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._machine_values import VALUE_UNITS, converted, flag_of
 from thermaxis.runtime.opcua import parse_node
@@ -47,10 +46,11 @@ class NodeSettings:
                 "unknown_choice",
                 name=self.unit,
                 known=tuple(VALUE_UNITS),
-                place=Place(key="unit", channel=self.node),
+                key="unit",
+                channel=self.node,
             )
         if not math.isfinite(self.scale) or self.scale == 0.0:
-            raise ConfigurationError("scale_unusable", place=Place(key="scale", channel=self.node))
+            raise ConfigurationError("scale_unusable", key="scale", channel=self.node)
 
     def value_of(self, raw: float | bool | None, bits: int) -> tuple[float | None, bool]:  # noqa: FBT001 - what a node holds
         """Return a raw value in its unit, None where it is not finite, and whether its kind fits.

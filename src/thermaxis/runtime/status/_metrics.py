@@ -17,7 +17,7 @@ from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 from prometheus_client import CollectorRegistry, make_wsgi_app  # pyright: ignore[reportUnknownVariableType] - no types
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 
-from thermaxis.codes import Place, printable
+from thermaxis.codes import printable
 from thermaxis.compensation import SampleQuality, SupervisorState
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._ports import Clock
@@ -211,7 +211,8 @@ class MetricsServer:
                 "cannot_listen",
                 cause=error.strerror or str(error),
                 port=settings.port,
-                place=Place(settings.address, key="metrics"),
+                file=settings.address,
+                key="metrics",
             ) from None
         serve = partial(self._server.serve_forever, poll_interval=0.1)
         threading.Thread(target=serve, name="metrics", daemon=True).start()

@@ -10,7 +10,7 @@ from typing import final
 from asyncua import ua
 
 from thermaxis import __version__
-from thermaxis.codes import Message, Place, Value, printable, values_as_json
+from thermaxis.codes import Message, Value, printable, values_as_json
 from thermaxis.compensation import Request
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
@@ -170,7 +170,8 @@ class StatusServer:
                 "cannot_listen",
                 cause=error.strerror or str(error),
                 port=settings.port,
-                place=Place(settings.address, key="server"),
+                file=settings.address,
+                key="server",
             ) from None
         self._server = server
         self._told.clear()

@@ -135,15 +135,13 @@ def hash_password(password: str) -> str:
     RFC 9106 (argon2); OWASP Password Storage Cheat Sheet (parameters).
     """
     if len(password) < SHORTEST_PASSWORD:
-        raise ConfigurationError(
-            "password_short", fewest=SHORTEST_PASSWORD, place=Place(key="password")
-        )
+        raise ConfigurationError("password_short", fewest=SHORTEST_PASSWORD, key="password")
     if len(password.encode()) > LONGEST_PASSWORD:
         raise ConfigurationError(
             "text_too_long",
             characters=len(password.encode()),
             most=LONGEST_PASSWORD,
-            place=Place(key="password"),
+            key="password",
         )
     return _hasher().hash(password)
 
@@ -157,7 +155,7 @@ def hash_pin(pin: str) -> str:
         If it is not of 6 to 32 digits.
     """
     if not (SHORTEST_PIN <= len(pin) <= LONGEST_PIN and pin.isascii() and pin.isdigit()):
-        raise ConfigurationError("no_pin", fewest=SHORTEST_PIN, place=Place(key="pin"))
+        raise ConfigurationError("no_pin", fewest=SHORTEST_PIN, key="pin")
     return _hasher().hash(pin)
 
 

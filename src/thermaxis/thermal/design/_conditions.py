@@ -30,9 +30,10 @@ _LARGEST = 1e6
 
 def _require_span(key: str, span: tuple[float, float], least: float) -> None:
     if not least <= span[0] <= span[1] <= _LONGEST_MIN:
-        place = Place(key=key)
-        values = {"first": span[0], "last": span[1], "least": least, "most": _LONGEST_MIN}
-        raise ConfigurationError("span_not_possible", place=place, **values)
+        first, last = span
+        raise ConfigurationError(
+            "span_not_possible", first=first, last=last, least=least, most=_LONGEST_MIN, key=key
+        )
 
 
 @final
@@ -79,7 +80,7 @@ class SourceSwitch:
                 raise ConfigurationError("function_no_switch", number=number, place=place)
         ends = {self.from_mm, self.to_mm}
         if self.kind is SwitchKind.AXIS and (not self.axis or None in ends or len(ends) < 2):
-            raise ConfigurationError("axis_without_way", place=Place(key="switch.axis"))
+            raise ConfigurationError("axis_without_way", key="switch.axis")
 
     @property
     def ends_mm(self) -> tuple[float, ...]:
@@ -124,9 +125,9 @@ class HeatSource:
         require_count("levels", len(self.levels), 2, MOST_LEVELS)
         rising = all(a < b for a, b in zip(self.levels, self.levels[1:], strict=False))
         if not rising or self.levels[0] != 0.0:
-            raise ConfigurationError("levels_not_from_zero", place=Place(key="levels"))
+            raise ConfigurationError("levels_not_from_zero", key="levels")
         if self.heat and (len(self.heat) != len(self.levels) or self.heat[0] != 0.0):
-            raise ConfigurationError("levels_not_from_zero", place=Place(key="heat"))
+            raise ConfigurationError("levels_not_from_zero", key="heat")
         for share in self.heat:
             require_range("heat", share, 0.0, 1.0)
         require_positive("temperature_k", self.temperature_k, _LARGEST)

@@ -8,7 +8,6 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.design._conditions import HeatingConditions
@@ -164,7 +163,7 @@ def random_sequence(
         sequence[blocks - cooling :] = 0
         if allowed(conditions, sequence):
             return sequence
-    raise ConfigurationError("no_sequence_allowed", place=Place(key="sources"))
+    raise ConfigurationError("no_sequence_allowed", key="sources")
 
 
 def customary(conditions: HeatingConditions, blocks: int) -> Mapping[CustomaryTest, IntArray]:

@@ -6,7 +6,6 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.thermal._arrays import FloatArray, frozen_array
 from thermaxis.thermal.design._conditions import HeatingConditions
@@ -74,9 +73,9 @@ class ThermalTestPlan:
 
     def __post_init__(self) -> None:
         if len(self.foreseen_um) != len(self.blocks):
-            raise ConfigurationError("plan_incomplete", place=Place(key="foreseen_um"))
+            raise ConfigurationError("plan_incomplete", key="foreseen_um")
         if not allowed(self.conditions, self.sequence):
-            raise ConfigurationError("sequence_not_allowed", place=Place(key="blocks"))
+            raise ConfigurationError("sequence_not_allowed", key="blocks")
 
     @property
     def sequence(self) -> IntArray:
@@ -86,7 +85,7 @@ class ThermalTestPlan:
             if len(block) != len(each) or any(
                 level not in source.levels for level, source in zip(block, each, strict=True)
             ):
-                raise ConfigurationError("no_such_level", place=Place(key=f"blocks[{k}]"))
+                raise ConfigurationError("no_such_level", key=f"blocks[{k}]")
         found = [[s.levels.index(x) for x, s in zip(b, each, strict=True)] for b in self.blocks]
         return np.array(found, dtype=np.intp).reshape(len(found), len(each))
 

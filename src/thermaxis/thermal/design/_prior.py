@@ -11,7 +11,6 @@ from typing import final
 import numpy as np
 from scipy.linalg import block_diag  # pyright: ignore[reportUnknownVariableType] - no types
 
-from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.thermal._arrays import FloatArray
@@ -64,14 +63,15 @@ def prior_of(
     parts = dict[str, Part]()
     if known is not None:
         if model is None:
-            raise ConfigurationError("missing_key", place=Place(key="known.model"))
+            raise ConfigurationError("missing_key", key="known.model")
         own = [one for one in model.outputs if one.name == conditions.output]
         parts = {part.name: part for one in own for part in one.parts}
         for name in conditions.sources:
             if name not in parts:
-                place = Place(file=known.model, key=name)
-                values = {"name": name, "output": conditions.output}
-                raise ConfigurationError("source_not_in_model", place=place, **values)
+                output = conditions.output
+                raise ConfigurationError(
+                    "source_not_in_model", name=name, output=output, file=known.model, key=name
+                )
         taus_s = [x.time_constant_s for n in conditions.sources for x in parts[n].sections]
         low_s = min(low_s, min(taus_s, default=low_s) * float(np.exp(-2.0 * known.spread)))
         high_s = max(high_s, max(taus_s, default=high_s) * float(np.exp(2.0 * known.spread)))

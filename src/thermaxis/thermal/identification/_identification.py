@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal.design import next_test
 from thermaxis.thermal.identification._far_touches import without_far_touches
@@ -93,13 +93,9 @@ def identify(
     Mareš and Horejš 2021, section 3.
     """
     if method is not Method.MODAL and choose:
-        raise ConfigurationError(
-            "method_without_choice", method=str(method), place=Place(key="candidates")
-        )
+        raise ConfigurationError("method_without_choice", method=str(method), key="candidates")
     if method not in (Method.OE, Method.ARX) and orders is not None:
-        raise ConfigurationError(
-            "method_without_orders", method=str(method), place=Place(key="orders")
-        )
+        raise ConfigurationError("method_without_orders", method=str(method), key="orders")
 
     healthy = selection_options or SelectionOptions()
     if choose:
@@ -139,7 +135,7 @@ def _determined(records: Records) -> Generator[None]:
         raise DataError(
             "rows_not_determining",
             cause=str(error),
-            place=Place(", ".join([name for name in names if name][:3])),
+            file=", ".join([name for name in names if name][:3]),
         ) from None
 
 
@@ -342,9 +338,12 @@ def _check_apart(model: ThermalModel) -> None:
             against = part.gains[one] * part.gains[other] < 0.0
             if against and math.log(second_s / first_s) < LEAST_LOG_RATIO * (1.0 - _ROUNDING):
                 ratio = math.exp(LEAST_LOG_RATIO)
-                place = Place(key=part.input_name)
                 raise DataError(
-                    "lags_too_close", first_s=first_s, second_s=second_s, ratio=ratio, place=place
+                    "lags_too_close",
+                    first_s=first_s,
+                    second_s=second_s,
+                    ratio=ratio,
+                    key=part.input_name,
                 )
 
 

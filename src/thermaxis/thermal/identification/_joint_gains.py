@@ -6,9 +6,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.compensation import GainPoint
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.errors import ConfigurationError, DataError, require_known
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.identification._records import Records
 from thermaxis.thermal.log import Experiment
@@ -78,18 +77,10 @@ def joint_gains(
     Mareš and Horejš 2021, equations (6) and (8).
     """
     names = [definition.name for definition in records.inputs]
-    if part not in names:
-        raise ConfigurationError(
-            "unknown_name", name=part, known=tuple(names), place=Place(key="joint")
-        )
-    lacking = [channel for channel in diameters_mm if channel not in records.experiments]
-    if lacking:
-        known = tuple(records.experiments)
-        raise ConfigurationError(
-            "unknown_name", name=lacking[0], known=known, place=Place(key="joint")
-        )
+    require_known("joint", [part], names)
+    require_known("joint", diameters_mm, records.experiments)
     if len(diameters_mm) < 2:
-        raise ConfigurationError("too_few_joint_channels", place=Place(key="joint"))
+        raise ConfigurationError("too_few_joint_channels", key="joint")
     column = names.index(part)
     known = {c: d for c, d in diameters_mm.items() if d is not None}
     tool = [c for c, d in diameters_mm.items() if d is None]
@@ -149,7 +140,7 @@ def _gains(
             for c, p in products.items()
         }
         if abs(found[reference]) < 1e-6:
-            raise DataError("part_without_effect", part=part, place=Place(channel=reference))
+            raise DataError("part_without_effect", part=part, channel=reference)
         before, gains = gains, {c: g / found[reference] for c, g in found.items()}
         if max(abs(gains[c] - before[c]) for c in gains) < _SAME:
             break

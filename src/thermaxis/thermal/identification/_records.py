@@ -6,7 +6,6 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.compensation import (
     CompensationModel,
     Output,
@@ -98,7 +97,7 @@ def records_of(
     Mareš and Horejš 2021, section 3.2 (relative coordinates).
     """
     if not logs:
-        raise DataError("no_log", place=Place(key="logs"))
+        raise DataError("no_log", key="logs")
     logs = [as_thermal_log(log) for log in logs]
     step_s = sample_time_s or float(np.median([even_step_s(log.time_s) for log in logs]))
     found: dict[str, list[Experiment]] = {output: [] for output in outputs}
@@ -137,7 +136,7 @@ def records_of(
                 channels=tuple(
                     [name for name in logs[0].columns if has_output(logs[0], name)][:12]
                 ),
-                place=Place(", ".join(log.where for log in logs[:3])),
+                file=", ".join(log.where for log in logs[:3]),
             )
     return Records(
         experiments={output: tuple(experiments) for output, experiments in found.items()},

@@ -41,10 +41,7 @@ class ThermalField:
         named = self.name or "thermal field"
         if values.ndim != 2 or min(values.shape) < 2:
             raise DataError(
-                "wrong_shape",
-                shape=str(values.shape),
-                expected="(rows, columns)",
-                place=Place(named),
+                "wrong_shape", shape=str(values.shape), expected="(rows, columns)", file=named
             )
         if values.size > MOST_PIXELS:
             raise DataError(
@@ -52,17 +49,14 @@ class ThermalField:
                 rows=values.shape[0],
                 columns=values.shape[1],
                 most_million=MOST_PIXELS // 1_000_000,
-                place=Place(named),
+                file=named,
             )
         lowest, highest = np.fmin.reduce(values, axis=None), np.fmax.reduce(values, axis=None)
         if bool(np.isnan(lowest)):
-            raise DataError("image_empty", place=Place(named))
+            raise DataError("image_empty", file=named)
         if bool(np.isinf(highest)) or float(lowest) < ABSOLUTE_ZERO_C:
             raise DataError(
-                "pixel_out_of_range",
-                lowest_c=float(lowest),
-                highest_c=float(highest),
-                place=Place(named),
+                "pixel_out_of_range", lowest_c=float(lowest), highest_c=float(highest), file=named
             )
         if values.flags.writeable:
             values = values.copy() if values is self.temperature_c else values
@@ -123,10 +117,10 @@ class Region:
                 bottom_px=self.bottom_px,
                 columns=columns,
                 rows=rows,
-                place=Place(key=f"region {self.name}"),
+                key=f"region {self.name}",
             )
         if first_column == last_column or first_row == last_row:
-            raise DataError("region_empty", place=Place(key=f"region {self.name}"))
+            raise DataError("region_empty", key=f"region {self.name}")
         return slice(first_row, last_row), slice(first_column, last_column)
 
 
@@ -228,14 +222,14 @@ def correct_emissivity(
     equation of a camera), from memory.
     """
     if not 0.0 < emissivity <= 1.0:
-        raise DataError("no_emissivity", emissivity=emissivity, place=Place(key="emissivity"))
+        raise DataError("no_emissivity", emissivity=emissivity, key="emissivity")
     if not ABSOLUTE_ZERO_C <= reflected_c < 5000.0:
         raise DataError(
             "outside_range",
             value=reflected_c,
             least=ABSOLUTE_ZERO_C,
             most=5000.0,
-            place=Place(key="reflected_c"),
+            key="reflected_c",
         )
     if emissivity == 1.0:
         return np.array(temperature_c, dtype=np.float64)
@@ -243,9 +237,7 @@ def correct_emissivity(
     radiated -= (1.0 - emissivity) * (reflected_c - ABSOLUTE_ZERO_C) ** 4
     lowest = np.fmin.reduce(radiated, axis=None)
     if float(lowest) < 0.0:
-        raise DataError(
-            "reflection_exceeds", reflected_c=reflected_c, place=Place(key="emissivity")
-        )
+        raise DataError("reflection_exceeds", reflected_c=reflected_c, key="emissivity")
     radiated /= emissivity
     return np.asarray(radiated**0.25 + ABSOLUTE_ZERO_C, dtype=np.float64)
 
@@ -304,7 +296,7 @@ def evaluate_thermal_fields(
                 rows=field.shape[0],
                 first_columns=shape[1],
                 first_rows=shape[0],
-                place=Place(field.name or "thermal field"),
+                file=field.name or "thermal field",
             )
     where = tuple(default_regions(shape) if regions is None else regions)
     difference = fields[-1].temperature_c - fields[0].temperature_c
@@ -336,11 +328,9 @@ def _times(time_s: Sequence[float] | None, images: int) -> FloatArray | None:
         return None
     times = np.array(time_s, dtype=np.float64)
     if times.shape != (images,):
-        raise DataError(
-            "times_not_images", times=times.size, images=images, place=Place(key="time_s")
-        )
+        raise DataError("times_not_images", times=times.size, images=images, key="time_s")
     if not bool(np.all(np.isfinite(times))) or bool(np.any(np.diff(times) <= 0.0)):
-        raise DataError("not_rising", place=Place(key="time_s"))
+        raise DataError("not_rising", key="time_s")
     return times
 
 
@@ -393,7 +383,7 @@ def relate_to_drift(
             "wrong_shape",
             shape=f"{common.shape}, {slope.shape}",
             expected=f"({images},)",
-            place=Place(key="drift"),
+            key="drift",
         )
     used = np.isfinite(common) & np.isfinite(slope)
     count = int(np.count_nonzero(used))

@@ -103,7 +103,7 @@ class Experiment:
 def common_shape(experiments: Sequence[Experiment]) -> int:
     """Return the number of inputs that all experiments share."""
     if not experiments:
-        raise DataError("no_log", place=Place(key="experiments"))
+        raise DataError("no_log", key="experiments")
     counts = {e.inputs for e in experiments}
     if len(counts) > 1:
         raise DataError("inputs_differ", counts=tuple(str(c) for c in sorted(counts)))

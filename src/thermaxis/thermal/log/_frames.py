@@ -56,7 +56,7 @@ def as_thermal_log(data: LogLike, *, name: str = "frame") -> ThermalLog:
     if TIME_COLUMN in columns:
         time_s = _numbers(columns.pop(TIME_COLUMN), Place(name, column=TIME_COLUMN))
     elif start is None:
-        raise DataError("frame_without_times", place=Place(name))
+        raise DataError("frame_without_times", file=name)
     else:
         time_s = np.asarray(times - start) / np.timedelta64(1, "s")
     values = {key: _numbers(column, Place(name, column=key)) for key, column in columns.items()}

@@ -6,8 +6,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.codes import Message, Place
+from thermaxis.errors import ConfigurationError, DataError, require_unique
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log._thermal_log import ThermalLog
 
@@ -62,12 +62,11 @@ def parse_input(text: str, *, channels: Collection[str] = ()) -> InputDefinition
     expression = (right if sign else left).strip()
     name = left.strip() if sign else expression
     if not name or not expression:
-        raise ConfigurationError("no_input_definition", text=text, place=Place(key="input"))
+        raise ConfigurationError("no_input_definition", text=text, key="input")
     plus, minus = _split(text, expression, channels)
     if minus is not None and plus.casefold() == minus.casefold():
-        raise ConfigurationError(
-            "input_minus_itself", name=name, channel=plus, place=Place(key="input")
-        )
+        values = {"name": name, "channel": plus}
+        raise ConfigurationError.of(Message("error-input_minus_itself", values, Place(key="input")))
     return InputDefinition(name, plus, minus)
 
 
@@ -97,7 +96,7 @@ def evaluate_input(log: ThermalLog, definition: InputDefinition) -> FloatArray:
             "input_without_value",
             name=definition.name,
             expression=definition.expression,
-            place=Place(log.where),
+            file=log.where,
         )
     return values
 
@@ -119,12 +118,8 @@ def start_of_input(
 def check_inputs(definitions: Sequence[InputDefinition]) -> None:
     """Refuse inputs of a model of which there is none, or two have the same name."""
     if not definitions:
-        raise ConfigurationError("no_input", place=Place(key="input"))
-    seen: set[str] = set()
-    for definition in definitions:
-        if definition.name in seen:
-            raise ConfigurationError("stated_twice", name=definition.name, place=Place(key="input"))
-        seen.add(definition.name)
+        raise ConfigurationError("no_input", key="input")
+    require_unique("input", [definition.name for definition in definitions])
 
 
 def _split(text: str, expression: str, channels: Collection[str]) -> tuple[str, str | None]:
@@ -141,7 +136,7 @@ def _split(text: str, expression: str, channels: Collection[str]) -> tuple[str, 
     if not cuts:
         return expression, None
     if len(cuts) > 1 or not all(cuts[0]):
-        raise ConfigurationError("ambiguous_difference", text=text, place=Place(key="input"))
+        raise ConfigurationError("ambiguous_difference", text=text, key="input")
     return cuts[0]
 
 
@@ -157,6 +152,6 @@ def _common_unit(log: ThermalLog, definition: InputDefinition) -> str:
             plus=definition.plus,
             minus=definition.minus,
             units=tuple(sorted(stated)),
-            place=Place(log.where),
+            file=log.where,
         )
     return ""

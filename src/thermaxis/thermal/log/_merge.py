@@ -13,7 +13,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Message, Place, remark
+from thermaxis.codes import Message, remark
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log._resample import usual_step_s
@@ -89,7 +89,7 @@ def find_shift(
         memory = max(memory, _memory(x, y, int(np.nanargmin(unexplained)) - (y.size - 1)))
         used.append((first, second))
     if misfit is None or count is None:
-        raise DataError("no_channel_varies", place=Place(f"{a.where}, {b.where}"))
+        raise DataError("no_channel_varies", file=f"{a.where}, {b.where}")
     per_row = misfit / (len(used) * np.maximum(count, 1))
     per_row[~np.isfinite(per_row)] = 0.0
     return _judged(a, b, per_row, count, step, memory, tuple(used))
@@ -113,7 +113,7 @@ def _judged(
             "channels_unrelated",
             names=names,
             correlation=float(np.sqrt(max(explained, 0.0))),
-            place=Place(f"{a.where}, {b.where}"),
+            file=f"{a.where}, {b.where}",
         )
     independent = max(float(count[best]) * (1.0 - memory) / (1.0 + memory), 3.0)
     fitting = np.flatnonzero(independent * (per_row - per_row[best]) < _PLAUSIBLE)
@@ -125,7 +125,7 @@ def _judged(
             names=names,
             earliest_s=low * step,
             latest_s=high * step,
-            place=Place(f"{a.where}, {b.where}"),
+            file=f"{a.where}, {b.where}",
         )
     shift = (lag + _vertex(per_row, best)) * step - _clock_offset(a, b)
     return ShiftResult(shift, within, float(np.sqrt(explained)), used)
@@ -167,7 +167,7 @@ def merge_logs(
     has_common = bool(common) or any(True for _ in _same_names(a, b))
     if shift_s is not None:
         if not np.isfinite(shift_s) or abs(shift_s) > 1e12:
-            raise DataError("no_shift", shift_s=shift_s, place=Place(key="shift_s"))
+            raise DataError("no_shift", shift_s=shift_s, key="shift_s")
         joined_so = remark("joined_by_shift", log=b.where, shift_s=f"{shift_s:g}")
     elif has_common:
         found = find_shift(a, b, common=common)
@@ -184,7 +184,7 @@ def merge_logs(
         shift_s = 0.0
         joined_so = remark("joined_by_times_of_day", log=b.where)
     else:
-        raise DataError("no_clock_and_no_common_channel", place=Place(f"{a.where}, {b.where}"))
+        raise DataError("no_clock_and_no_common_channel", file=f"{a.where}, {b.where}")
     return _joined(a, b, base + shift_s, [joined_so])
 
 
@@ -276,7 +276,7 @@ def _clock_offset(a: ThermalLog, b: ThermalLog) -> float:
     """Return where the second log begins on the first one's axis of time, by their clocks. [s]"""
     if a.start is not None and b.start is not None:
         if (a.start.tzinfo is None) != (b.start.tzinfo is None):
-            raise DataError("zone_in_one_log", place=Place(f"{a.where}, {b.where}"))
+            raise DataError("zone_in_one_log", file=f"{a.where}, {b.where}")
         return (b.start - a.start).total_seconds()
     if a.start is None and b.start is None:
         return b.origin_s - a.origin_s
@@ -293,7 +293,7 @@ def _pairs(
 ) -> list[tuple[str, str]]:
     pairs = [(a.name_of(x), b.name_of(y)) for x, y in common] or _same_names(a, b)
     if not pairs:
-        raise DataError("no_common_channel", place=Place(f"{a.where}, {b.where}"))
+        raise DataError("no_common_channel", file=f"{a.where}, {b.where}")
     return pairs[:8]
 
 
@@ -302,7 +302,7 @@ def _own_step(log: ThermalLog, names: Sequence[str]) -> float:
     steps = [usual_step_s(log.time_s[~np.isnan(log.columns[name])]) for name in names]
     known = [step for step in steps if np.isfinite(step)]
     if not known:
-        raise DataError("measured_once", place=Place(log.where))
+        raise DataError("measured_once", file=log.where)
     return max(known)
 
 

@@ -218,9 +218,7 @@ class ThermalLog:
         else:
             given = None if time_s is None else _numbers("time_s", time_s)
         if (given is None) == (sample_time_s is None):
-            raise DataError(
-                "times_twice" if given is not None else "times_missing", place=Place(name)
-            )
+            raise DataError("times_twice" if given is not None else "times_missing", file=name)
         if given is None:
             given = _even_times(values, sample_time_s or 0.0, name)
         origin = float(given[0]) if given.ndim == 1 and given.size else 0.0
@@ -503,7 +501,7 @@ def _numbers(name: str, values: ArrayLike) -> FloatArray:
     try:
         return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise DataError("not_numbers", place=Place(column=name)) from None
+        raise DataError("not_numbers", column=name) from None
 
 
 def _even_times(columns: Mapping[str, FloatArray], sample_time_s: float, name: str) -> FloatArray:

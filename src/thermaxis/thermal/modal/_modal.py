@@ -22,7 +22,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError, DataError, require_range
 from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log import Experiment, common_shape
@@ -136,29 +136,30 @@ class ModalOptions:
             self.block_s if self.block_s is not None else 1.0,
         ]
         if not all(math.isfinite(t) and t >= 0 for t in times) or self.block_s == 0:
-            raise ConfigurationError("not_a_time", place=Place(key="delays_s, block_s"))
+            raise ConfigurationError("not_a_time", key="delays_s, block_s")
         for given in self.time_constants_s or ():
             ordered = sorted(given)
-            place = Place(key="lags")
             if not 0 < len(given) <= MOST_GIVEN or not 0 < ordered[0] <= ordered[-1] <= LONGEST_S:
                 raise _not_possible(ordered, 0.0, LONGEST_S)
             ratio = math.exp(LEAST_LOG_RATIO)
             for one_s, next_s in pairwise(ordered):
                 if next_s < one_s * ratio:
-                    values = {"first_s": one_s, "second_s": next_s, "ratio": ratio}
-                    raise ConfigurationError("lags_too_close", place=place, **values)
+                    raise ConfigurationError(
+                        "lags_too_close", first_s=one_s, second_s=next_s, ratio=ratio, key="lags"
+                    )
 
 
 def _not_possible(
     given_s: Sequence[float], shortest_s: float, longest_s: float
 ) -> ConfigurationError:
-    values = {
-        "given_s": ", ".join(f"{tau_s:g}" for tau_s in given_s),
-        "most": MOST_GIVEN,
-        "shortest_s": shortest_s,
-        "longest_s": longest_s,
-    }
-    return ConfigurationError("lags_not_possible", place=Place(key="lags"), **values)
+    return ConfigurationError(
+        "lags_not_possible",
+        given_s=", ".join(f"{tau_s:g}" for tau_s in given_s),
+        most=MOST_GIVEN,
+        shortest_s=shortest_s,
+        longest_s=longest_s,
+        key="lags",
+    )
 
 
 @final
@@ -459,8 +460,7 @@ def modal(
     for key, entries in counted.items():
         inputs = common_shape(experiments)
         if entries is not None and len(entries) != inputs:
-            values = {"count": len(entries), "inputs": inputs}
-            raise DataError("count_not_inputs", place=Place(key=key), **values)
+            raise DataError("count_not_inputs", count=len(entries), inputs=inputs, key=key)
     step_s, longest_s = (
         max(e.sample_time_s for e in experiments),
         max(e.duration_s for e in experiments),
@@ -502,8 +502,9 @@ def _delays(
     longest_s, step_s = (max(e.duration_s for e in experiments), experiments[0].sample_time_s)
     longest_given_s = max(delay_s or 0.0 for delay_s in wanted)
     if longest_given_s > longest_s / 2.0:
-        values = {"delay_s": longest_given_s, "longest_s": longest_s}
-        raise ConfigurationError("delay_beyond_record", place=Place(key="delay"), **values)
+        raise ConfigurationError(
+            "delay_beyond_record", delay_s=longest_given_s, longest_s=longest_s, key="delay"
+        )
     late = [round((delay_s or 0.0) / step_s) for delay_s in wanted]
     open_, ends = [delay_s is None for delay_s in wanted], [None] * len(late)
     brief, farthest = replace(options, intervals=False), _longest_delay_s(experiments) / step_s

@@ -16,7 +16,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.compensation import CompensationModel, Output, Part, TouchFilter
 from thermaxis.errors import ConfigurationError, DataError, require_range
 from thermaxis.thermal._arrays import FloatArray
@@ -169,8 +169,9 @@ def relearn(
     asked = options or RelearnOptions()
     names = [o.name for o in model.outputs if _has_touches(log, o.name)]
     if not names:
-        place = Place(log.where)
-        raise DataError("no_output_column", names=tuple(o.name for o in model.outputs), place=place)
+        raise DataError(
+            "no_output_column", names=tuple(o.name for o in model.outputs), file=log.where
+        )
     doubtful, log = _doubtful(log, model), _cleaned(log, model, names)
     outputs = [
         _Output(log, model, output, asked, len(names)).judged(doubtful)

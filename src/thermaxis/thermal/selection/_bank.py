@@ -7,7 +7,6 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment
@@ -73,7 +72,7 @@ def _check_same_inputs(outputs: Mapping[str, Sequence[Experiment]]) -> None:
             for a, b in zip(own, first, strict=True)
         )
         if not same:
-            raise DataError("inputs_not_shared", first=names[0], place=Place(channel=name))
+            raise DataError("inputs_not_shared", first=names[0], channel=name)
 
 
 def _same_rows(outputs: Mapping[str, Sequence[Experiment]]) -> list[list[str]]:

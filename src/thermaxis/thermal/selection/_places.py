@@ -8,8 +8,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment
 from thermaxis.thermal.selection._bank import Bank, IndexArray, banks_of, record_parts
@@ -83,14 +82,11 @@ def best_places(
     for each part gives all of them. Of several ridges that with the least error over the parts
     held out is taken, for each subset its own. Outputs count relative to their spread.
     """
-    if not 0 < count < len(names):
-        values = {"value": count, "least": 1, "most": len(names) - 1}
-        raise ConfigurationError("outside_range", place=Place(key="--places"), **values)
+    require_range("--places", count, 1, len(names) - 1)
     subsets = math.comb(len(names), count)
     if subsets > MOST_SUBSETS:
-        place = Place(key="--places")
         raise ConfigurationError(
-            "too_many_subsets", subsets=subsets, most=MOST_SUBSETS, place=place
+            "too_many_subsets", subsets=subsets, most=MOST_SUBSETS, key="--places"
         )
     experiments = next(iter(outputs.values()))
     parts = record_parts(experiments, PARTS)

@@ -16,7 +16,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment, common_shape
@@ -82,24 +82,22 @@ class SelectionOptions:
             raise ConfigurationError(
                 "not_positive",
                 value=min(self.sensor_uncertainties_k, default=0.0),
-                place=Place(key="sensor_uncertainties_k"),
+                key="sensor_uncertainties_k",
             )
         if self.parts < 2:
-            raise ConfigurationError("too_few_parts", parts=self.parts, place=Place(key="parts"))
+            raise ConfigurationError("too_few_parts", parts=self.parts, key="parts")
         if not (self.shortest_lag_s > 0 and self.mean_s > 0):
             raise ConfigurationError(
                 "not_positive",
                 value=min(self.shortest_lag_s, self.mean_s),
-                place=Place(key="shortest_lag_s, mean_s"),
+                key="shortest_lag_s, mean_s",
             )
         if self.most_channels is not None and self.most_channels < 1:
-            raise ConfigurationError(
-                "not_positive", value=self.most_channels, place=Place(key="most_channels")
-            )
+            raise ConfigurationError("not_positive", value=self.most_channels, key="most_channels")
         if self.lag_sets_s is not None and (
             not self.lag_sets_s or any(tau <= 0 for taus in self.lag_sets_s for tau in taus)
         ):
-            raise ConfigurationError("no_lag_sets", place=Place(key="lag_sets_s"))
+            raise ConfigurationError("no_lag_sets", key="lag_sets_s")
 
 
 @final
@@ -309,16 +307,14 @@ def _by_name(
 
 def _check_names(names: tuple[str, ...], inputs: int) -> None:
     if len(names) != inputs or len(set(names)) != len(names):
-        raise DataError(
-            "count_not_inputs", count=len(set(names)), inputs=inputs, place=Place(key="names")
-        )
+        raise DataError("count_not_inputs", count=len(set(names)), inputs=inputs, key="names")
 
 
 def _check_displacements(outputs: Mapping[str, Sequence[Experiment]]) -> None:
     for name, experiments in outputs.items():
         y = np.concatenate([e.y for e in experiments]) if experiments else np.zeros(1)
         if not float(np.nanmax(y)) > float(np.nanmin(y)):
-            raise DataError("displacement_constant", place=Place(channel=name))
+            raise DataError("displacement_constant", channel=name)
 
 
 def _mean_s(experiments: Sequence[Experiment], wanted_s: float) -> float:
@@ -367,7 +363,7 @@ def _scored(
 def _check_judged(search: _Search, best_um: FloatArray) -> None:
     for name, least_um in zip(search.validation.output_names, best_um.tolist(), strict=True):
         if np.isnan(least_um):
-            raise DataError("measured_in_one_part", place=Place(channel=name))
+            raise DataError("measured_in_one_part", channel=name)
 
 
 def _excess(own: FloatArray, best: FloatArray) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray, significant
 from thermaxis.thermal.log import TEMPERATURES, ThermalLog, resolution_of
@@ -133,7 +133,7 @@ def _series(
     if kind is ThermalTestKind.LINEAR:
         differences = [("D+", "P2+", "P1+"), ("D-", "P2-", "P1-")]
     if not named:
-        raise ConfigurationError("probes_missing", place=Place(key="probes"))
+        raise ConfigurationError("probes_missing", key="probes")
     stated_um = setup.uncertainty.resolution_um
     found: dict[str, _Series] = {}
     for name, channel in named:
@@ -284,7 +284,7 @@ def _span(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> tu
             raise DataError("motion_beyond_log", minutes=minutes, place=place)
         return begin_s, min(end_s, log.duration_s)
     if not motion.speed:
-        raise ConfigurationError("motion_missing", place=Place(key="motion.speed"))
+        raise ConfigurationError("motion_missing", key="motion.speed")
     speed = np.abs(log.column(motion.speed))
     moving = np.flatnonzero(speed > STANDSTILL)
     if not moving.size:
@@ -392,7 +392,7 @@ def _gaps(
     told = {"quantity": name, "minutes": significant(gap_s / 60.0, 3)}
     told["at_min"] = significant(at_s / 60.0, 4)
     if gap_s > LONGEST_GAP_S:
-        most = LONGEST_GAP_S / 60.0
-        raise DataError("thermal_test_gap", place=log.place(), most_min=most, **told)
+        too_long = {**told, "most_min": LONGEST_GAP_S / 60.0}
+        raise DataError.of(Message("error-thermal_test_gap", too_long, log.place()))
     if gap_s > max(TOLD_GAP_S, _FEW_ROWS * float(np.median(gaps_s))):
         yield Message("warning-thermal_test_gap", told)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError
 from thermaxis.thermal._arrays import significant
@@ -41,8 +41,7 @@ def left_by_model(
     if not any(known):
         channels = ", ".join(channel for group in groups.values() for channel in group)
         names = ", ".join(outputs.values())
-        place = Place(key="model")
-        raise ConfigurationError("model_not_of_test", names=names, channels=channels, place=place)
+        raise ConfigurationError("model_not_of_test", names=names, channels=channels, key="model")
     free_run = simulate_log(model, log, reference_s=reference_s)
     columns, units = dict(log.columns), dict(log.units)
     for group, own in zip(groups.values(), known, strict=True):

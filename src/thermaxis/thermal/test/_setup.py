@@ -52,8 +52,9 @@ class Probes:
                 place, missing = Place(key=f"probes.{axis}2"), f"{axis}1"
                 raise ConfigurationError("probe_without_first", missing=missing, place=place)
             if second and self.distance_mm is None:
-                place = Place(key="probes.distance_mm")
-                raise ConfigurationError("probe_distance_missing", second=f"{axis}2", place=place)
+                raise ConfigurationError(
+                    "probe_distance_missing", second=f"{axis}2", key="probes.distance_mm"
+                )
 
     @property
     def named(self) -> tuple[tuple[str, str], ...]:
@@ -93,8 +94,9 @@ class ThermalTestMotion:
             require_positive("motion.highest", self.highest, _LARGEST)
         if self.running_min is not None and not 0.0 <= self.running_min[0] < self.running_min[1]:
             first, last = self.running_min
-            place = Place(key="motion.running_min")
-            raise ConfigurationError("motion_not_rising", first=first, last=last, place=place)
+            raise ConfigurationError(
+                "motion_not_rising", first=first, last=last, key="motion.running_min"
+            )
 
 
 @final
@@ -146,13 +148,13 @@ class ThermalTestSetup:
         for span_h in self.spans_h:
             require_positive("spans_h", span_h, _LONGEST_H)
         if self.uncertainty.fixture_um_per_k and not self.ambient:
-            raise ConfigurationError("fixture_without_ambient", place=Place(key="ambient"))
+            raise ConfigurationError("fixture_without_ambient", key="ambient")
 
     def named(self, kind: ThermalTestKind) -> tuple[tuple[str, str], ...]:
         """Return name and channel of what is measured in a test."""
         if kind is not ThermalTestKind.LINEAR:
             return self.probes.named
         if self.targets is None:
-            raise ConfigurationError("targets_missing", place=Place(key="targets"))
+            raise ConfigurationError("targets_missing", key="targets")
         channels = (*self.targets.first, *self.targets.second)
         return tuple(zip(("P1+", "P1-", "P2+", "P2-"), channels, strict=True))

@@ -6,8 +6,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Message, Place
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.codes import Message
+from thermaxis.errors import ConfigurationError, DataError, require_range
 from thermaxis.thermal._arrays import FloatArray, frozen_array
 from thermaxis.thermal.log import Experiment, common_shape
 from thermaxis.thermal.transfer_function._figures import fit_percent
@@ -75,15 +75,10 @@ def per_input(orders: int | Sequence[int], inputs: int, name: str) -> tuple[int,
     """Return an order for every input."""
     values = (orders,) * inputs if isinstance(orders, int) else tuple(orders)
     if len(values) != inputs:
-        raise ConfigurationError(
-            "count_not_inputs", count=len(values), inputs=inputs, place=Place(key=name)
-        )
+        raise ConfigurationError("count_not_inputs", count=len(values), inputs=inputs, key=name)
     limit = MOST_COEFFICIENTS // 2
     for value in values:
-        if not 0 <= value <= limit:
-            raise ConfigurationError(
-                "outside_range", value=value, least=0, most=limit, place=Place(key=name)
-            )
+        require_range(name, value, 0, limit)
     return values
 
 
@@ -222,13 +217,13 @@ def arx(
     if na is None and nb is None:
         search, orders = _search(experiments, delays, constant=constant)
     elif na is None or nb is None:
-        raise ConfigurationError("half_orders", names=("na", "nb"), place=Place(key="orders"))
+        raise ConfigurationError("half_orders", names=("na", "nb"), key="orders")
     else:
         (order,) = per_input(na, 1, "na")
         orders = ArxOrders(order, per_input(nb, inputs, "nb"), delays)
     count = orders.parameters + constant
     if count == 0:
-        raise ConfigurationError("no_coefficient", place=Place(key="orders"))
+        raise ConfigurationError("no_coefficient", key="orders")
     tables = [regressors(e.u, e.y, orders, constant=constant) for e in experiments]
     rows = sum(table.shape[0] for table in tables)
     if rows <= count:
@@ -424,7 +419,7 @@ def block_means(experiment: Experiment, rows: int) -> Experiment:
         If fewer than eight blocks with a displacement are left.
     """
     if rows < 1:
-        raise ConfigurationError("not_positive", value=rows, place=Place(key="rows"))
+        raise ConfigurationError("not_positive", value=rows, key="rows")
     if rows == 1:
         return experiment
     count = experiment.y.size // rows

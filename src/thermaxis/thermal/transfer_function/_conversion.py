@@ -179,12 +179,12 @@ def _mode_gains(rest: FloatArray, below: FloatArray) -> tuple[ComplexArray, Comp
     if order == 0:
         return np.zeros(0, dtype=np.complex128), distances
     if bool(np.any(distances == 0.0)):
-        raise DataError("pole_at_one", place=Place(key="denominator"))
+        raise DataError("pole_at_one", key="denominator")
     gaps = distances[None, :] - distances[:, None]  # p_i - p_j
     np.fill_diagonal(gaps, 1.0)
     nearest = np.abs(gaps) + np.where(np.eye(order, dtype=bool), np.inf, 0.0)
     if bool(np.any(nearest < SAME_POLE * np.abs(distances)[:, None])):
-        raise DataError("poles_coincide", place=Place(key="denominator"))
+        raise DataError("poles_coincide", key="denominator")
     values = _at_distances(rest, distances)
     return values / (distances * np.prod(gaps, axis=1)), distances
 

@@ -7,7 +7,6 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment
@@ -99,7 +98,7 @@ def check_linearity(
             "wrong_shape",
             shape=f"({len(simulated_um)},)",
             expected=f"({len(experiments)},)",
-            place=Place(key="simulated_um"),
+            key="simulated_um",
         )
     tables: list[FloatArray] = []
     totals = np.zeros(2)
@@ -109,7 +108,8 @@ def check_linearity(
                 "wrong_shape",
                 shape=str(simulated.shape),
                 expected=str(experiment.y.shape),
-                place=Place(experiment.name, key="simulated_um"),
+                file=experiment.name,
+                key="simulated_um",
             )
         sums, moved = _phases(held(simulated[:, None])[0][:, 0])
         totals += moved

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from scipy.linalg import solve_toeplitz  # pyright: ignore[reportUnknownVariableType] - no types
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray, frozen_array, significant
 from thermaxis.thermal.log import FEWEST_READINGS, Experiment, common_shape
@@ -493,14 +493,14 @@ def oe(
             noise_order=chosen.noise_order,
             lead_in_rows=chosen.lead_in_rows,
             most=HIGHEST_COLOUR,
-            place=Place(key="options"),
+            key="options",
         )
     search: tuple[OrderTrial, ...] = ()
     searched = nf is None and nb is None
     if searched:
         search, orders = _search(experiments, delays, chosen)
     elif nf is None or nb is None:
-        raise ConfigurationError("half_orders", names=("nf", "nb"), place=Place(key="orders"))
+        raise ConfigurationError("half_orders", names=("nf", "nb"), key="orders")
     else:
         orders = OeOrders(per_input(nf, inputs, "nf"), per_input(nb, inputs, "nb"), delays)
     problem = replace(_problem(experiments, orders, chosen), lags=searched)
@@ -534,7 +534,7 @@ def _check_rows(problem: _Problem) -> None:
     lead = problem.options.lead_in_rows + problem.noise
     rows = sum(int(np.count_nonzero(~np.isnan(y[lead:]))) for _, y in problem.tests)
     if problem.coefficients == 0:
-        raise ConfigurationError("no_coefficient", place=Place(key="orders"))
+        raise ConfigurationError("no_coefficient", key="orders")
     if rows <= problem.size:
         raise DataError("rows_not_enough", rows=rows, parameters=problem.size)
 

@@ -6,7 +6,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment
@@ -51,7 +50,7 @@ def search_orders(
     totals = {key: float(np.sum(values)) for key, values in errors.items()}
     best = min(totals, key=lambda key: totals[key])
     if not np.isfinite(totals[best]):
-        raise DataError("no_stable_orders", place=Place(key="orders"))
+        raise DataError("no_stable_orders", key="orders")
     weights = np.array([float(np.count_nonzero(~np.isnan(e.y[a:b]))) for e, a, b in blocks])
     count = max(int(np.count_nonzero(weights)), 2)
     allowed: list[tuple[int, int]] = []

@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import (
     FloatArray,
@@ -69,12 +69,12 @@ class TransferFunction:
                     "wrong_shape",
                     shape=str(values.shape),
                     expected=f"(1,) to ({MOST_COEFFICIENTS},)",
-                    place=Place(key=name),
+                    key=name,
                 )
             if not bool(np.all(np.isfinite(values))):
-                raise DataError("not_finite", place=Place(key=name))
+                raise DataError("not_finite", key=name)
         if self.denominator[0] == 0.0:
-            raise DataError("leading_coefficient_zero", place=Place(key="denominator"))
+            raise DataError("leading_coefficient_zero", key="denominator")
 
     @property
     def dc_gain(self) -> float:
@@ -157,11 +157,9 @@ def simulate_transfer_function(
     """
     values = np.asarray(u, dtype=np.float64)
     if values.ndim != 1:
-        raise DataError(
-            "wrong_shape", shape=str(values.shape), expected="(n,)", place=Place(key="u")
-        )
+        raise DataError("wrong_shape", shape=str(values.shape), expected="(n,)", key="u")
     if not bool(np.all(np.isfinite(values))):
-        raise DataError("input_missing", place=Place(key="u"))
+        raise DataError("input_missing", key="u")
     a, b = transfer_function.numerator, transfer_function.denominator
     before_u = _past(past_u, a.size - 1)
     before_y = _past(past_y, b.size - 1)
@@ -175,7 +173,7 @@ def simulate_transfer_function(
 def _past(values: Sequence[float] | FloatArray, size: int) -> FloatArray:
     given = np.asarray(values, dtype=np.float64)
     if given.ndim != 1 or not bool(np.all(np.isfinite(given))):
-        raise DataError("not_finite", place=Place(key="past_u, past_y"))
+        raise DataError("not_finite", key="past_u, past_y")
     past = np.zeros(size)
     past[: min(size, given.size)] = given[:size]
     return past
@@ -212,7 +210,7 @@ class PolynomialModel:
                 "count_not_inputs",
                 count=len(self.input_names),
                 inputs=len(self.transfer_functions),
-                place=Place(key="input_names"),
+                key="input_names",
             )
         require_sample_time(self.sample_time_s)
 
@@ -261,14 +259,14 @@ def simulate_polynomial(
     """
     values = _checked_inputs(model, u)
     if start is Start.FREE:
-        raise DataError("free_start_unmeasured", place=Place(key="start"))
+        raise DataError("free_start_unmeasured", key="start")
     y = np.full(values.shape[0], model.offset_um)
     for name, part, column in zip(
         model.input_names, model.transfer_functions, values.T, strict=True
     ):
         first = float(column[0]) if start is Start.STEADY else 0.0
         if first != 0.0 and not np.isfinite(part.dc_gain):
-            raise DataError("no_steady_state", place=Place(channel=name))
+            raise DataError("no_steady_state", channel=name)
         b0 = part.denominator[0]
         y += output_of(part.numerator / b0, part.denominator / b0, column, first)
     return y
@@ -277,10 +275,10 @@ def simulate_polynomial(
 def _checked_inputs(model: PolynomialModel, u: FloatArray) -> FloatArray:
     values = rows_of_inputs(u, len(model.input_names))
     if bool(np.any(np.isinf(values))):
-        raise DataError("infinite_value", place=Place(key="u"))
+        raise DataError("infinite_value", key="u")
     never = np.flatnonzero(np.all(np.isnan(values), axis=0))
     if never.size:
-        raise DataError("never_measured", place=Place(channel=model.input_names[int(never[0])]))
+        raise DataError("never_measured", channel=model.input_names[int(never[0])])
     return held(values)[0]
 
 
@@ -289,9 +287,7 @@ def names_of_inputs(experiments: Sequence[Experiment], names: Sequence[str]) -> 
     count = experiments[0].inputs
     given = tuple(names) if names else tuple(f"u{i + 1}" for i in range(count))
     if len(given) != count or len(set(given)) != count:
-        raise DataError(
-            "count_not_inputs", count=len(set(given)), inputs=count, place=Place(key="input_names")
-        )
+        raise DataError("count_not_inputs", count=len(set(given)), inputs=count, key="input_names")
     return given
 
 
@@ -304,7 +300,7 @@ def common_sample_time_s(experiments: Sequence[Experiment]) -> float:
                 "sample_times_differ",
                 first_s=first,
                 sample_time_s=experiment.sample_time_s,
-                place=Place(experiment.name),
+                file=experiment.name,
             )
     return first
 

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft  # pyright: ignore[reportUnknownVariableType] - no types
 from scipy.special import fdtrc, gammaincc
 
-from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.transfer_function._cascade import later, output_of
@@ -264,7 +263,7 @@ def _check_series(residuals: Sequence[FloatArray], inputs: Sequence[FloatArray],
         if e.ndim != 1 or u.ndim != 2 or u.shape[0] != e.size or u.shape[1] != inputs[0].shape[1]:
             raise DataError("wrong_shape", shape=f"{e.shape}, {u.shape}", expected="(n,), (n, k)")
         if u.shape[0] == 0 or bool(np.any(np.all(np.isnan(u), axis=0))):
-            raise DataError("never_measured", place=Place(key="inputs"))
+            raise DataError("never_measured", key="inputs")
     rows = sum(int(np.count_nonzero(~np.isnan(e))) for e in residuals)
     if lags < 1 or rows <= lags:
         raise DataError("too_few_residuals", rows=rows, lags=lags)
@@ -308,7 +307,7 @@ def step_responses(result: PolynomialResult, rows: int) -> StepResponses:
     Fewer rows than one are a DataError.
     """
     if rows < 1:
-        raise DataError("not_positive", value=rows, place=Place(key="rows"))
+        raise DataError("not_positive", value=rows, key="rows")
     step = np.ones(rows)
     responses: list[FloatArray] = []
     deviations: list[FloatArray] = []

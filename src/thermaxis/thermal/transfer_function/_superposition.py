@@ -13,7 +13,7 @@ from thermaxis.compensation import (
     Part,
     Provenance,
 )
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_known
 
 TCP = "tcp"
 """Word for the tool centre point among the diameters of a gain."""
@@ -56,9 +56,8 @@ def parse_gain(text: str) -> tuple[str, DiameterGain]:
     Mareš and Horejš 2021, equation (6).
     """
     name, sign, listed = text.partition("=")
-    place = Place(key="--gain")
     if not sign or not name.strip() or not listed.strip():
-        raise ConfigurationError("no_gain_by_diameter", text=text, place=place)
+        raise ConfigurationError("no_gain_by_diameter", text=text, key="--gain")
     tool_gain: float | None = None
     points: dict[float, float] = {}
     for entry in listed.split(","):
@@ -69,10 +68,10 @@ def parse_gain(text: str) -> tuple[str, DiameterGain]:
             continue
         diameter = _number(at)
         if not colon or gain is None or diameter is None or diameter < 0 or diameter in points:
-            raise ConfigurationError("no_new_diameter", text=entry, place=place)
+            raise ConfigurationError("no_new_diameter", text=entry, key="--gain")
         points[diameter] = gain
     if not points:
-        raise ConfigurationError("no_diameter", place=place)
+        raise ConfigurationError("no_diameter", key="--gain")
     return name.strip(), DiameterGain(
         tuple(GainPoint(d, points[d]) for d in sorted(points)),
         1.0 if tool_gain is None else tool_gain,
@@ -118,7 +117,7 @@ def combine_models(
     Mareš and Horejš 2021, equations (5) to (8).
     """
     if not models:
-        raise ConfigurationError("no_model", place=Place(key="models"))
+        raise ConfigurationError("no_model", key="models")
     _check_alike(models)
     wanted = dict(gains or {})
     outputs: dict[str, Output] = {}
@@ -136,11 +135,7 @@ def combine_models(
     used = {name for name, _ in models} | {
         part.name for _, model in models for output in model.outputs for part in output.parts
     }
-    for name in wanted:
-        if name not in used:
-            raise ConfigurationError(
-                "unknown_name", name=name, known=tuple(sorted(used)), place=Place(key="gain")
-            )
+    require_known("gain", wanted, sorted(used))
     first = models[0][1]
     return replace(
         first,
@@ -162,7 +157,7 @@ def _with_gain(part: Part, model_name: str, gains: Mapping[str, DiameterGain]) -
         return part
     if part.gain_by_diameter:
         raise ConfigurationError(
-            "gain_stated_already", part=part.name, place=Place(key="gain", channel=model_name)
+            "gain_stated_already", part=part.name, key="gain", channel=model_name
         )
     return replace(part, gain_by_diameter=gain.points, tool_gain=gain.tool_gain)
 
@@ -196,11 +191,12 @@ def _check_parts(name: str, known: Output, parts: tuple[Part, ...]) -> None:
                     "heat_counted_twice",
                     part=part.name,
                     other=other.name,
-                    place=Place(name, channel=known.name),
+                    file=name,
+                    channel=known.name,
                 )
             if part.name == other.name:
                 raise ConfigurationError(
-                    "part_name_twice", part=part.name, place=Place(name, channel=known.name)
+                    "part_name_twice", part=part.name, file=name, channel=known.name
                 )
 
 

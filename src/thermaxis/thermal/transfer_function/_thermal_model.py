@@ -116,7 +116,7 @@ def _checked_inputs(model: ThermalModel, sample_time_s: float, u: FloatArray) ->
     require_sample_time(sample_time_s)
     values = rows_of_inputs(u, len(model.parts))
     if not bool(np.all(np.isfinite(values))):
-        raise DataError("input_missing", place=Place(key="u"))
+        raise DataError("input_missing", key="u")
     return values
 
 
@@ -156,7 +156,7 @@ def simulate_modal(
             "wrong_shape",
             shape=str([np.shape(x) for x in initial_state]),
             expected=str([part.gains.shape for part in model.parts]),
-            place=Place(key="initial_state"),
+            key="initial_state",
         )
     y = np.full(values.shape[0], model.offset_um, dtype=np.float64)
     for i, part in enumerate(model.parts):

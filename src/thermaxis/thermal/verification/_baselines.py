@@ -7,7 +7,6 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray, frozen_array
 from thermaxis.thermal.log import Experiment, common_shape
@@ -94,11 +93,9 @@ def fit_baseline(
     """
     inputs = common_shape(experiments)
     if not (np.isfinite(ridge) and ridge >= 0):
-        raise ConfigurationError(
-            "outside_range", value=ridge, least=0.0, most=np.inf, place=Place(key="ridge")
-        )
+        raise ConfigurationError("outside_range", value=ridge, least=0.0, most=np.inf, key="ridge")
     if any(not (np.isfinite(lag) and lag > 0) for lag in lags_s):
-        raise ConfigurationError("not_positive", value=min(lags_s), place=Place(key="lags_s"))
+        raise ConfigurationError("not_positive", value=min(lags_s), key="lags_s")
     rows = sum(int(np.count_nonzero(~np.isnan(e.y))) for e in experiments)
     if baseline is Baseline.PERSISTENCE:
         last = experiments[-1].y

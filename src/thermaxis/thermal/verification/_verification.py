@@ -257,9 +257,9 @@ def verify(
     after 60 minutes and ETVE (from memory).
     """
     if not logs:
-        raise ConfigurationError("no_log", place=Place(key="logs"))
+        raise ConfigurationError("no_log", key="logs")
     if rows is not None and not 0 <= rows[0] < rows[1]:
-        raise ConfigurationError("no_span", first=rows[0], last=rows[1], place=Place(key="rows"))
+        raise ConfigurationError("no_span", first=rows[0], last=rows[1], key="rows")
     logs = [as_thermal_log(log) for log in logs]
     verified = tuple(
         _verify_log(
@@ -298,7 +298,7 @@ def _measured_in(
         known = {channel.casefold() for channel in log.columns}
         found = tuple(MeasuredOutput(name, name) for name in names if name.casefold() in known)
         if not found:
-            raise ConfigurationError("no_output_column", names=tuple(names), place=Place(log.name))
+            raise ConfigurationError("no_output_column", names=tuple(names), file=log.name)
         return found
     for entry in measured:
         if entry.output not in names:
@@ -306,7 +306,8 @@ def _measured_in(
                 "unknown_name",
                 name=entry.output,
                 known=tuple(names),
-                place=Place(key="measured", channel=entry.channel),
+                key="measured",
+                channel=entry.channel,
             )
     return tuple(measured)
 
@@ -473,7 +474,7 @@ def _verify_output(
     measured = np.array(log.column(entry.channel, unit="um"))
     both = ~(np.isnan(measured) | np.isnan(rest.displacement_um) | run.bad)
     if not bool(np.any(both)):
-        raise DataError("not_measured_with_model", place=Place(log.name, channel=entry.channel))
+        raise DataError("not_measured_with_model", file=log.name, channel=entry.channel)
     at_start = both & (log.time_s <= (reference_s or REFERENCE_S))
     if not bool(np.any(at_start)):
         at_start = np.zeros_like(both)
@@ -488,7 +489,8 @@ def _verify_output(
                 "not_measured_in_rows",
                 first=rows[0],
                 last=rows[1],
-                place=Place(log.name, channel=entry.channel),
+                file=log.name,
+                channel=entry.channel,
             )
     before = both & (number < np.argmax(counted))
     known = before if int(np.sum(before)) >= FEWEST_ROWS else both

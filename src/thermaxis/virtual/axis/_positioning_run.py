@@ -29,7 +29,6 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.positioning import (
     APPROACHES,
@@ -99,7 +98,7 @@ class RunPlan:
         # Neighbouring targets must not change places.
         require_range("random_part", self.random_part, 0, math.nextafter(self.interval / 2, 0))
         if self.approaches not in {(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)}:
-            raise ConfigurationError("approaches_out_of_order", place=Place(key="approaches"))
+            raise ConfigurationError("approaches_out_of_order", key="approaches")
 
 
 @final
@@ -287,7 +286,7 @@ class VirtualAxis:
                 self.thermal.screw_expansion_um_per_m,
             )
             if per_metre != (0.0, 0.0):
-                raise ConfigurationError("rotary_error_per_metre", place=Place(key="kind"))
+                raise ConfigurationError("rotary_error_per_metre", key="kind")
 
 
 @final
@@ -337,7 +336,7 @@ def _target_positions(plan: RunPlan, random: np.random.Generator) -> FloatArray:
     offset = random.uniform(-plan.random_part, plan.random_part, plan.targets)
     target = np.round(plan.first + plan.interval * np.arange(plan.targets) + offset, 3) + 0.0
     if not bool(np.all(np.diff(target) > 0)):
-        raise ConfigurationError("not_rising", place=Place(key="interval"))
+        raise ConfigurationError("not_rising", key="interval")
     return target
 
 
@@ -422,7 +421,7 @@ def generate_positioning_run(axis: VirtualAxis, *, seed: int) -> GeneratedRun:
     Stejskal et al. 2017, equation (1) for the targets.
     """
     if seed < 0:
-        raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
+        raise ConfigurationError("negative", value=seed, key="seed")
     plan = axis.plan
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
     shape = (plan.targets, plan.cycles, 2)

@@ -9,7 +9,6 @@ import asyncio
 from contextlib import suppress
 from typing import Final, final
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 _BLOCK_BYTES: Final = 65_536
@@ -39,7 +38,8 @@ class NetworkGate:
             raise ConfigurationError(
                 "port_unavailable",
                 cause=error.strerror or str(error),
-                place=Place(f"{self.address}:{self.port}", key="--address, --port"),
+                file=f"{self.address}:{self.port}",
+                key="--address, --port",
             ) from None
         self.port = int(self._server.sockets[0].getsockname()[1])
 

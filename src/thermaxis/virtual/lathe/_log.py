@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.files import write_thermal_log
 from thermaxis.thermal import ThermalLog
@@ -129,5 +128,5 @@ def check_log_name(path: Path | str) -> None:
     suffix = Path(path).suffix
     if suffix.casefold() not in {".csv", ".parquet"}:
         raise ConfigurationError(
-            "unknown_choice", name=suffix, known=(".csv", ".parquet"), place=Place(str(path))
+            "unknown_choice", name=suffix, known=(".csv", ".parquet"), file=path
         )

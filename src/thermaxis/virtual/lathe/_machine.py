@@ -14,8 +14,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError, require_range
+from thermaxis.errors import ConfigurationError, require_known, require_range
 from thermaxis.virtual.lathe._axis import OffsetAxis, OffsetRules
 from thermaxis.virtual.lathe._faults import OF_NETWORK, Fault, FaultKind
 from thermaxis.virtual.lathe._hall import HELD_S, Hall, HallSettings
@@ -117,7 +116,7 @@ class VirtualLathe:
         faults: Sequence[Fault] = (),
     ) -> None:
         if seed < 0:
-            raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
+            raise ConfigurationError("negative", value=seed, key="seed")
         self.faults = _checked(faults)
         self.scenario = scenario_named(scenario) if isinstance(scenario, str) else scenario
         self.seed = seed
@@ -346,10 +345,7 @@ class VirtualLathe:
 
         A name that is no flag is refused.
         """
-        if name not in {*FLAGS, "coolant_on"}:
-            raise ConfigurationError(
-                "unknown_name", name=name, known=(*FLAGS, "coolant_on"), place=Place(key="flag")
-            )
+        require_known("flag", [name], (*FLAGS, "coolant_on"))
         if value is None:
             self._set.pop(name, None)
         else:
@@ -501,15 +497,7 @@ def _checked(faults: Sequence[Fault]) -> tuple[Fault, ...]:
 
 def _check_fault(fault: Fault) -> None:
     allowed = SETTABLE if fault.kind is FaultKind.SET else FAULTY
+    require_known(f"fault {fault.kind}", fault.channels, allowed)
     for name in fault.channels:
-        if name not in allowed:
-            raise ConfigurationError(
-                "unknown_name",
-                name=name,
-                known=tuple(allowed),
-                place=Place(key=f"fault {fault.kind}"),
-            )
         if fault.kind is not FaultKind.SET and SIGNALS[name].unit == "bool":
-            raise ConfigurationError(
-                "fault_of_flag", name=name, place=Place(key=f"fault {fault.kind}")
-            )
+            raise ConfigurationError("fault_of_flag", name=name, key=f"fault {fault.kind}")

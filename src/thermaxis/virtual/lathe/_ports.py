@@ -9,8 +9,7 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import Final, final
 
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import require_known
 from thermaxis.runtime import (
     DIAMETER,
     NOT_READ,
@@ -97,19 +96,8 @@ class LatheSource(Source):
         interlocks: Sequence[str] = tuple(INTERLOCKS),
     ) -> None:
         self._names = dict(lathe_names() if names is None else names)
-        for signal in self._names.values():
-            if signal not in SIGNALS:
-                raise ConfigurationError(
-                    "unknown_name", name=signal, known=tuple(SIGNALS), place=Place(key="names")
-                )
-        for interlock in interlocks:
-            if interlock not in INTERLOCKS:
-                raise ConfigurationError(
-                    "unknown_name",
-                    name=interlock,
-                    known=tuple(INTERLOCKS),
-                    place=Place(key="interlocks"),
-                )
+        require_known("names", self._names.values(), SIGNALS)
+        require_known("interlocks", interlocks, INTERLOCKS)
         self._interlocks = tuple(interlocks)
         self._time = _Time(lathe, clock)
         self._connected = False

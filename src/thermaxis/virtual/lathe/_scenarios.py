@@ -7,8 +7,7 @@ from itertools import accumulate
 from types import MappingProxyType
 from typing import Final, NamedTuple, final
 
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_known
 from thermaxis.virtual.lathe._physics import LOW_GEAR_LIMIT_RPM
 
 SEEN_EVERY_S = 600.0
@@ -71,9 +70,7 @@ class Scenario:
     def __post_init__(self) -> None:
         """Check the stages and sum their times."""
         if not self.stages or not all(0.0 < s.duration_s <= 1e9 for s in self.stages):
-            raise ConfigurationError(
-                "scenario_without_stage", place=Place(key=f"scenario {self.name}")
-            )
+            raise ConfigurationError("scenario_without_stage", key=f"scenario {self.name}")
         object.__setattr__(self, "_ends_s", tuple(accumulate(s.duration_s for s in self.stages)))
 
     @property
@@ -168,8 +165,5 @@ SCENARIOS: Final[Mapping[str, Scenario]] = MappingProxyType(
 
 def scenario_named(name: str) -> Scenario:
     """Return a scenario."""
-    if name not in SCENARIOS:
-        raise ConfigurationError(
-            "unknown_choice", name=name, known=tuple(SCENARIOS), place=Place(key="scenario")
-        )
+    require_known("scenario", [name], SCENARIOS, "unknown_choice")
     return SCENARIOS[name]

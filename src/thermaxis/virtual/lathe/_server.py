@@ -26,7 +26,6 @@ from asyncua.server.user_managers import UserManager
 from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.status_codes import StatusCodes
 
-from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, require_positive, require_range
 from thermaxis.runtime import Clock, Secret
 from thermaxis.runtime.host import is_loopback
@@ -97,17 +96,13 @@ class LatheServerSettings:
         require_positive("--speed", self.speed, FASTEST)
         require_range("--port", self.port, 0, 65_535)
         if (self.certificate is None) != (self.private_key is None):
-            raise ConfigurationError(
-                "certificate_without_key", place=Place(key="--certificate, --private-key")
-            )
+            raise ConfigurationError("certificate_without_key", key="--certificate, --private-key")
         if bool(self.user) != bool(self.password):
-            raise ConfigurationError(
-                "user_without_password", place=Place(key="--user, --password-file")
-            )
+            raise ConfigurationError("user_without_password", key="--user, --password-file")
         if self.user and self.certificate is None:
-            raise ConfigurationError("password_unencrypted", place=Place(key="--user"))
+            raise ConfigurationError("password_unencrypted", key="--user")
         if not is_loopback(self.address):
-            raise ConfigurationError("other_computer", place=Place(key="--address"))
+            raise ConfigurationError("other_computer", key="--address")
 
 
 @final
@@ -377,7 +372,5 @@ async def _load(server: Server, certificate: Path, private_key: Path) -> None:
         await server.load_private_key(private_key)
     except (OSError, ValueError) as error:
         raise ConfigurationError(
-            "certificate_unreadable",
-            cause=type(error).__name__,
-            place=Place(key="--certificate, --private-key"),
+            "certificate_unreadable", cause=type(error).__name__, key="--certificate, --private-key"
         ) from None

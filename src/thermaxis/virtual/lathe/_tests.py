@@ -14,8 +14,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Place
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_known
 from thermaxis.thermal import ThermalLog
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -107,12 +106,9 @@ def generate_lathe_test(test: str, seed: int = LATHE_SEED) -> ThermalLog:
     ----------
     Mareš and Horejš 2021, figures 3 and 7, sections 3.2 and 4.2.
     """
-    if test not in LATHE_TESTS:
-        raise ConfigurationError(
-            "unknown_choice", name=test, known=tuple(LATHE_TESTS), place=Place(key="test")
-        )
+    require_known("test", [test], LATHE_TESTS, "unknown_choice")
     if seed < 0:
-        raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
+        raise ConfigurationError("negative", value=seed, key="seed")
     rng = np.random.default_rng([seed, LATHE_TESTS.index(test)])
     lathe = _Lathe()
     hours, spindle_stages, table_stages = _PROFILES[test]

@@ -4,7 +4,6 @@ import argparse
 import re
 
 from thermaxis.cli._arguments import adder
-from thermaxis.codes import Place
 from thermaxis.controls import control_names
 from thermaxis.errors import ConfigurationError
 
@@ -32,5 +31,5 @@ def is_axis_name(text: str) -> bool:
 def axis_name(text: str) -> str:
     """Return a stated name of an axis."""
     if not is_axis_name(text):
-        raise ConfigurationError("not_an_axis_name", place=Place(key="--axis"), name=text)
+        raise ConfigurationError("not_an_axis_name", key="--axis", name=text)
     return text

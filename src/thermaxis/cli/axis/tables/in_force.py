@@ -91,26 +91,23 @@ def read_older(control: Control, path: Path, run: AxisRun, options: Mapping[str,
         raise error.at(Place(file=str(path))) from None
     largest = max(float(np.max(np.abs(v))) for v in (read.table.position, read.table.deviation))
     if largest > _LARGEST:
-        raise MeasurementFileError(
-            "table_value_too_large", place=Place(file=str(path)), most=_LARGEST
-        )
+        raise MeasurementFileError("table_value_too_large", file=path, most=_LARGEST)
     return replace(read, findings=(*unusual, *read.findings))
 
 
 def _read_table_text(path: Path) -> tuple[str, tuple[Message, ...]]:
     """Return the text of a control's table, and what is unusual in it."""
-    place = Place(file=str(path))
     try:
         if path.exists() and not path.is_file():
-            raise MeasurementFileError("no_regular_file", place=place)
+            raise MeasurementFileError("no_regular_file", file=path)
         with path.open("rb") as stream:
             content = stream.read(LARGEST_TABLE_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
         cause = getattr(error, "strerror", None) or type(error).__name__
-        raise MeasurementFileError("file_unreadable", place=place, cause=cause) from None
+        raise MeasurementFileError("file_unreadable", file=path, cause=cause) from None
     check_size(content, str(path))
     if content.startswith(_BYTE_ORDER_MARKS) or b"\0" in content:
-        raise MeasurementFileError("not_plain_text", place=place)
+        raise MeasurementFileError("not_plain_text", file=path)
     findings: list[Message] = []
     marked = content.startswith(b"\xef\xbb\xbf")
     if marked:
@@ -127,9 +124,7 @@ def _read_table_text(path: Path) -> tuple[str, tuple[Message, ...]]:
 def _check_same_axis(read: ReadTable, run: AxisRun, name: str) -> None:
     stated = read.table.axis
     if stated and stated.casefold() != run.axis.casefold():
-        raise ConfigurationError(
-            "table_of_another_axis", place=Place(file=name), stated=stated, wanted=run.axis
-        )
+        raise ConfigurationError("table_of_another_axis", file=name, stated=stated, wanted=run.axis)
 
 
 def _check_stated(
@@ -140,11 +135,14 @@ def _check_stated(
     replaced: bool,
 ) -> None:
     """Refuse a reversal value that stays in force, or did not act, whatever the new file holds."""
-    place = Place(key="--backlash-in-force")
     if rule.per_direction:
         if read is not None:
-            raise ConfigurationError("reversal_in_points", place=place, control=control.title)
+            raise ConfigurationError(
+                "reversal_in_points", key="--backlash-in-force", control=control.title
+            )
     elif not rule.backlash_apart:
-        raise ConfigurationError("no_place_for_reversal", place=place, control=control.title)
+        raise ConfigurationError(
+            "no_place_for_reversal", key="--backlash-in-force", control=control.title
+        )
     elif not replaced:
-        raise ConfigurationError("reversal_stays_in_force", place=place)
+        raise ConfigurationError("reversal_stays_in_force", key="--backlash-in-force")

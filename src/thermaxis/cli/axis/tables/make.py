@@ -20,7 +20,7 @@ from thermaxis.cli.axis.tables.run import (
     temperature_in_words,
     with_drift,
 )
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.controls import (
     Control,
     GridRule,
@@ -184,7 +184,7 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
 
 def _drift_free_levels(run: AxisRun) -> AxisLevels:
     if run.drift is None:
-        raise DataError("no_drift_free_levels", place=Place(file=run.name), cause=run.why_no_drift)
+        raise DataError("no_drift_free_levels", file=run.name, cause=run.why_no_drift)
     return axis_levels(run.test.target, run.drift.level)
 
 
@@ -211,13 +211,12 @@ def _at_points(
 
 
 def _check_backlash(control: Control, rule: GridRule, levels: AxisLevels) -> None:
-    place = Place(key="--backlash")
     if rule.per_direction:
-        raise ConfigurationError("reversal_in_points", place=place, control=control.title)
+        raise ConfigurationError("reversal_in_points", key="--backlash", control=control.title)
     if not rule.backlash_apart:
-        raise ConfigurationError("no_place_for_reversal", place=place, control=control.title)
+        raise ConfigurationError("no_place_for_reversal", key="--backlash", control=control.title)
     if not levels.bidirectional:
-        raise ConfigurationError("reversal_not_measured", place=place)
+        raise ConfigurationError("reversal_not_measured", key="--backlash")
 
 
 def _with_what_was_in_force(

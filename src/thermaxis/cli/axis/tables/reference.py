@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.cli.axis.tables.run import table_warning
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message
 from thermaxis.controls import GridRule, ReadTable
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import CompensationTable, FloatArray
@@ -64,11 +64,7 @@ def _beside(read: ReadTable, known: float, stated: float | None, rule: GridRule)
         return ReferencePoint(known, "as in the older table", known)
     if rule.through_reference:
         raise ConfigurationError(
-            "points_count_from_reference",
-            place=Place(key="--reference"),
-            known=known,
-            stated=stated,
-            unit=unit,
+            "points_count_from_reference", key="--reference", known=known, stated=stated, unit=unit
         )
     return ReferencePoint(stated, "as stated", known, (_moved(read, stated),))
 
