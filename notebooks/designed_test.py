@@ -1,118 +1,139 @@
 # %% [markdown]
 # # A designed test
 #
-# **Question.** A model exists from half a shift of production, and there is one night for a test.
-# Which source is to be heated, and for how long?
+# **Question.** A shift is free to learn how a machine answers to its two sources of heat. When is
+# which to run, and how fast?
 #
-# `identify` knows what it does not know: from what the log says of every gain it computes what
-# each possible test would leave of the error in use, before anything is run. Here the advice is
-# followed on the project's virtual lathe, and so is what one might have done instead. No machine
-# was measured.
+# A model is sure of what its test has excited. What each sequence would leave open can be computed
+# before anything is switched: nothing is known but orders of magnitude. Here the best sequence and
+# a customary one run on the project's virtual lathe; no machine was measured.
 
 # %%
+import numpy as np
 from matplotlib import pyplot as plt
 from slides import BLUE, DARK, FILES, GREEN, GREY, ORANGE, table
 
-from thermaxis.files import read_thermal_log
-from thermaxis.messages import sentence_of
-from thermaxis.thermal import MeasuredOutput, identify, parse_input, records_of, verify
-from thermaxis.virtual import Scenario, Stage, VirtualLathe, log_lathe, write_lathe_log
+from thermaxis.files import read_heating_conditions
+from thermaxis.thermal import identify, parse_input, records_of, simulate_log
+from thermaxis.thermal.design import CustomaryTest, customary, planned, prior_of, reached
+from thermaxis.virtual import Scenario, Stage, VirtualLathe, log_lathe
 
-INPUTS = [
-    parse_input("spindle=T_spindle_C-T_column_C"),
-    parse_input("table=T_table_C-T_column_C"),
-]
-morning = log_lathe(VirtualLathe("day", 3), 6.0, every_s=60.0)
-write_lathe_log(morning, FILES / "morning.csv")
+HEAT = """
+output = "Z_um"
+noise = { reading_um = 0.3, drift_um = 1.7, drift_h = 2.5 }  # of the hall, too
+
+[sources.spindle]
+levels = [0, 1500, 3500]
+input = "T_spindle_C-T_column_C"
+temperature_k = 15
+displacement_um = 250
+switch = { kind = "spindle" }
+
+[sources.table]
+levels = [0, 100, 200]
+input = "T_table_C-T_column_C"
+temperature_k = 9
+displacement_um = 60
+switch = { kind = "spindle", spindle = 2 }
+"""
+_ = (FILES / "heat.toml").write_text(HEAT, encoding="utf-8")
 
 # %% [markdown]
 # ## Ten lines from file to figure
-
-# %%
-log = read_thermal_log(FILES / "morning.csv")
-records = records_of([log], INPUTS, ["Z_um"])
-found = identify(records)
-advice = found.outputs[0].next_test
-ten_lines, axes = plt.subplots(figsize=(9.0, 2.8))
-names = ["as it is", *(f"heat {t.input}, {t.on_s / 3600.0:.1f} h" for t in advice.tests)]
-leaves = [advice.before_um, *(t.after_um for t in advice.tests)]
-axes.bar_label(axes.barh(names[::-1], leaves[::-1], color=[BLUE, BLUE, GREY]), fmt=" %.1f µm")
-axes.set(xlabel="error in use that each test would leave [µm]", xlim=(0.0, 1.1 * max(leaves)))
-axes.set_title(f"Advice: heat the {advice.tests[0].input}, {advice.tests[0].on_s / 3600.0:.1f} h")
-print(sentence_of(advice.message))
-
-# %% [markdown]
-# ## The advice is followed, and not followed
 #
-# - **designed**: the advised source at full speed for the advised time, then cooling for as long;
-# - **the other source**, heated for as long;
-# - **another day of production**: nearly twice as long, and no machine stands still for it.
+# The same on the command line: `thermaxis thermal-test plan --machine heat.toml --duration 8h`, and
+# `thermaxis program` writes what the control runs.
 
 # %%
-HEAT_S = advice.tests[0].on_s
-SPEED = {"spindle": {"spindle_rpm": 3500.0}, "table": {"table_rpm": 200.0}}
-
-
-def test_of(source, seed):
-    """Return the log of a test that heats one source, then lets it cool."""
-    stages = (Stage(900.0), Stage(HEAT_S, **SPEED[source]), Stage(HEAT_S))
-    scenario = Scenario(f"heat-{source}", "rest, heat, cool", stages)
-    return log_lathe(VirtualLathe(scenario, seed), scenario.duration_s / 3600.0, every_s=60.0)
-
-
-best, other = advice.tests[0].input, advice.tests[1].input
-added = {
-    "nothing": None,
-    f"designed: {best}": test_of(best, 4),
-    f"instead: {other}": test_of(other, 4),
-    "another day": log_lathe(VirtualLathe("day", 5), 12.0, every_s=60.0),
-}
+conditions = read_heating_conditions(FILES / "heat.toml")
+plan = planned(conditions, prior_of(conditions), 8 * 3600.0)
+hours = np.arange(len(plan.blocks) + 1) * conditions.block_min / 60.0
+ten_lines, (axes, left) = plt.subplots(2, 1, sharex=True, figsize=(9.0, 4.6))
+shares = conditions.heat(plan.sequence).T
+for name, share, colour, up in zip(
+    conditions.sources, shares, (BLUE, ORANGE), (1.2, 0), strict=True
+):
+    axes.stairs(up + share, hours, baseline=up, fill=True, color=colour, label=name)
+left.plot(hours[1:], plan.foreseen_um, marker="o", color=GREEN)
+axes.set(yticks=[0.5, 1.7], yticklabels=["table", "spindle"], title="Heat, by the design")
+_ = left.set(xlabel="time after the rest [h]", ylabel="left open in use [µm]", yscale="log")
 
 # %% [markdown]
-# Each model is judged on a day of another kind by the truth, which only a virtual machine tells.
+# ## Run, and beside it the customary test
+#
+# Heating and cooling one source after another takes as long. A model learnt from each foretells
+# three other days of random speeds; the truth is what the sources did: the displacement without
+# noise, less that of the same day at rest, which only a virtual machine tells.
 
 # %%
-day = log_lathe(VirtualLathe("verification", 7), 16.0, every_s=60.0, truth=True)
-truth = [MeasuredOutput("Z_uncorrected_um", "Z_um")]
-results = {}
-for name, more in added.items():
-    asked, one = records, found
-    if more is not None:
-        asked = records_of([log, more], INPUTS, ["Z_um"])
-        one = identify(asked)
-    judged = verify(one.to_compensation_model(asked), [day], truth).logs[0].outputs[0]
-    results[name] = (0.0 if more is None else more.duration_s / 3600.0, one.outputs[0], judged)
+sequences = {
+    "designed": plan.sequence,
+    "heat and cool": customary(conditions, len(plan.blocks))[CustomaryTest.HEAT_AND_COOL],
+}
+foreseen_um = {
+    "designed": plan.foreseen_um[-1],
+    "heat and cool": plan.customary_um[CustomaryTest.HEAT_AND_COOL],
+}
+inputs = [parse_input(f"{name}={source.input}") for name, source in conditions.sources.items()]
 
-rmse_um = {name: judged.figures.rmse_um for name, (_, _, judged) in results.items()}
-judged_table = table(
-    ("added", "hours", "error in use, by the logs µm", "true RMSE on another day µm"),
-    [
-        (name, f"{hours:.0f}", f"{one.next_test.before_um:.1f}", f"{rmse_um[name]:.1f}")
-        for name, (hours, one, _) in results.items()
-    ],
-)
+
+def run_of(blocks, seed, **options):
+    """Return the log of the virtual lathe that runs blocks of speeds, after a rest."""
+    stages = [Stage(60.0 * conditions.rest_min)]
+    stages += [Stage(60.0 * conditions.block_min, *speeds) for speeds in blocks]
+    scenario = Scenario("blocks", "speeds by blocks, after a rest", tuple(stages))
+    return log_lathe(VirtualLathe(scenario, seed), scenario.duration_s / 3600.0, **options)
+
+
+def sources_alone(blocks, seed):
+    """Return a day's log, and what the sources did in it."""
+    log, rest = (run_of(one, seed, every_s=60.0, truth=True) for one in (blocks, 0.0 * blocks))
+    return log, log.columns["Z_uncorrected_um"] - rest.columns["Z_uncorrected_um"]
+
+
+highest = [source.levels[-1] for source in conditions.each]
+rng = np.random.default_rng(1)
+days = [sources_alone(rng.uniform(0.0, highest, (24, 2)), seed) for seed in (101, 102, 103)]
+rows, left_um = [], {}
+for name, sequence in sequences.items():
+    speeds = [[one.levels[k] for one, k in zip(conditions.each, b, strict=True)] for b in sequence]
+    log = run_of(speeds, 4, every_s=10.0)
+    records = records_of([log], inputs, ["Z_um"])
+    model = identify(records).to_compensation_model(records)
+    runs = [(truth, simulate_log(model, day).outputs["Z_um"]) for day, truth in days]
+    left_um[name] = [truth - run.displacement_um for truth, run in runs]
+    said = reached(conditions, prior_of(conditions), records.experiments["Z_um"][0])
+    error = np.sqrt(np.mean(np.square(left_um[name])))
+    cells = (foreseen_um[name], said.uncertainty_um, error)
+    rows.append((name, *(f"{cell:.1f}" for cell in cells)))
+
+judged_table = table(("8 h of test", "foreseen µm", "reached µm", "error on other days µm"), rows)
 print(judged_table)
 
 # %%
 slide, (axes, bars) = plt.subplots(1, 2, width_ratios=(1.7, 1.0), figsize=(9.5, 4.2))
-COLOURS = dict(zip(results, (GREY, GREEN, ORANGE, BLUE), strict=True))
-for name, (_, _, judged) in results.items():
-    left = judged.measured_um - judged.simulated_um
-    axes.plot(judged.time_s / 3600.0, left, color=COLOURS[name], label=name)
+COLOURS = {"designed": GREEN, "heat and cool": GREY}
+for (name, lines_um), dash in zip(left_um.items(), ("-", "--"), strict=True):
+    for k, line_um in enumerate(lines_um):
+        hours = np.arange(line_um.size) / 60.0
+        axes.plot(hours, line_um, dash, color=COLOURS[name], label=None if k else name)
 axes.axhline(0.0, color=DARK, linewidth=0.8)
-axes.set(xlabel="time [h]", ylabel="left of the true displacement [µm]", title="Another day")
-drawn = bars.barh(
-    list(results)[::-1], list(rmse_um.values())[::-1], color=list(COLOURS.values())[::-1]
-)
+axes.set(xlabel="time [h]", ylabel="left of the true displacement [µm]", title="Three other days")
+axes.legend()
+error_um = {name: np.sqrt(np.mean(np.square(one))) for name, one in left_um.items()}
+drawn = bars.barh(list(error_um)[::-1], list(error_um.values())[::-1], color=[GREY, GREEN])
 bars.bar_label(drawn, fmt=" %.1f")
-bars.set(xlabel="RMSE [µm]", xlim=(0.0, 1.2 * max(rmse_um.values())))
+bars.set(xlabel="RMSE [µm]", xlim=(0.0, 1.2 * max(error_um.values())))
 _ = bars.set_title("What is left")
 
 # %% [markdown]
 # ## What it does not say
 #
-# - The prediction counts on the model being of the right kind. The hall, the gearbox and the air
-#   at the turning table are in no input, and no test of a source teaches them.
-# - The one test that is heated wrongly makes this model **worse** on another day: it is sure of
-#   what it saw, and the table's gain still rests on half a shift.
-# - One machine and one seed: `benchmarks/thermal_machines.py` asks many.
+# - What the hall moves was taken off: it is in no input, and no test of a source teaches it. A
+#   real day has it on top.
+# - Both err more than was foreseen and reached, in the same dips of these days: the lathe is a
+#   network of heat in a hall, and a model a sum of lags.
+# - What is foreseen is as good as the noise and drift that were stated; `reached` takes those of
+#   the record.
+# - One machine and one seed: `benchmarks/designed_tests.py` asks fifty machines, and 24 days of
+#   the lathe.

@@ -6,7 +6,6 @@ import pytest
 
 from tests.refusals import refused
 from tests.unit.controls.builders import found
-from thermaxis.codes import Place
 from thermaxis.controls import (
     LARGEST_TABLE_BYTES,
     ReadTable,
@@ -27,8 +26,8 @@ def test_an_option_that_is_unknown_or_has_no_value_or_a_wrong_one_is_refused(nam
         options = [o for o in control.options if purpose in (o.only_for or purpose).split()]
         known = tuple(sorted(f"{option.name} ({option.default})" for option in options))
         for stated in ("colour", "colour=red"):
-            place = Place(key=f"--set {stated}")
-            with refused("unknown_control_option", place, name="colour", known=known):
+            key = f"--set {stated}"
+            with refused("unknown_control_option", key=key, name="colour", known=known):
                 check_options(control, [stated], purpose=purpose)
         for option in options:
             with refused("option_without_value", meaning=option.in_words):
