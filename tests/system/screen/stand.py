@@ -529,6 +529,10 @@ class Visitor:
         wait_until("the screen has data", answered)
         return answers[-1].json()
 
+    def enable(self) -> None:
+        """Enable the compensation, as soon as the loop has read what it must know before."""
+        wait_until("it is enabled", lambda: self.request("Enable")["answer"] == "accepted")
+
     @property
     def cookie(self) -> str:
         """The cookies as a header of a web socket."""

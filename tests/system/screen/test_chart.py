@@ -109,14 +109,9 @@ def test_a_chart_has_gaps_marks_with_letters_and_a_legend_beside_the_data(browse
         ]
         letters = drawn_texts(page, "#probe .chart-mark-letter")
         assert letters == ["A", "B"]
-        plot = page.locator("#probe .chart-plot").bounding_box()
-        legend = page.locator("#probe .chart-legend").bounding_box()
-        tools = page.locator("#probe .chart-tools").bounding_box()
-        assert plot is not None
-        assert legend is not None
-        assert tools is not None
-        assert legend["y"] >= plot["y"] + plot["height"] - 1
-        assert tools["y"] + tools["height"] <= plot["y"] + 1
+        box = "document.querySelector('#probe .chart-%s').getBoundingClientRect()"
+        plot, legend, tools = (box % part for part in ("plot", "legend", "tools"))
+        until(page, f"{legend}.top >= {plot}.bottom - 1 && {tools}.bottom <= {plot}.top + 1")
     assert pages.faults == []
 
 

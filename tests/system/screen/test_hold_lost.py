@@ -32,7 +32,7 @@ def test_a_hold_that_lost_its_value_is_an_alarm_in_every_language_until_acknowle
 ) -> None:
     operator = stopped.visitor()
     assert operator.log_in("operator").status == 200
-    assert operator.request("Enable")["answer"] == "accepted"
+    operator.enable()
     wait_until("a correction", lambda: abs(stopped.offset_um()) > 15.0)
     assert operator.request("Hold")["answer"] == "accepted"
     stopped.wait_cycles(3)

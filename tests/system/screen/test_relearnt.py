@@ -64,7 +64,7 @@ def test_a_proposal_is_accepted_while_the_loop_runs_and_the_old_model_comes_back
     people = {name: rig.visitor() for name in ("operator", "engineer")}
     for name, visitor in people.items():
         assert visitor.log_in(name).status == 200
-    assert people["operator"].request("Enable")["answer"] == "accepted"
+    people["operator"].enable()
     told = json.loads(relearnt("--last", "1d", "--judge", "8h", "--json", "-"))
     proposal, proposed = f"{Path(told['proposal']).stem}.proposal", told["proposal"]
     wait_until("the correction acts", lambda: rig.offset_um() < -15.0)
