@@ -177,13 +177,10 @@ def test_a_model_of_touches_leaves_a_fifth_of_touch_and_hold(notebook):
     assert ran["chip_um"] < 1.0
 
 
-def test_the_advised_test_teaches_and_the_other_one_misleads(notebook):
-    ran = notebook("designed_test")
-    assert ran["best"] == "table"
-    assert ran["advice"].tests[0].after_um < 0.5 * ran["advice"].before_um
-    nothing, designed, instead, _ = ran["rmse_um"].values()
-    assert designed < nothing - 1.5
-    assert instead > nothing + 1.5
+def test_the_designed_test_leaves_less_on_other_days_than_heating_and_cooling(notebook):
+    error_um = notebook("designed_test")["error_um"]
+    assert error_um["designed"] < 0.75 * error_um["heat and cool"]
+    assert error_um["designed"] < 4.0
 
 
 def test_a_drift_free_table_leaves_a_twentieth_at_other_targets(notebook):
