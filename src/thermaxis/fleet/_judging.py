@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from thermaxis.codes import Message, Place, Value, message_as_json, value_of_json
 from thermaxis.fleet._night import StoredNight
-from thermaxis.fleet._signs import SignKind, equations_of, without_mean
+from thermaxis.fleet._signs import KNOWN, SignKind, equations_of, without_mean
 
 _F = NDArray[np.float64]
 _B = NDArray[np.bool_]
@@ -88,8 +88,6 @@ SHARES: Final = {
 GROWS: Final = (SignKind.SWAP, SignKind.REST)
 """Signs that count only where they grow."""
 _BY_MODEL = (Cause.SENSORS_SWAPPED, Cause.GAIN, Cause.TIME_CONSTANT)
-_KNOWN: Final = {SignKind.GAIN: 0.3, SignKind.TIME_CONSTANT: 0.6}
-"""How well a model is known at least, in the sign's unit. [M]"""
 _STILL = frozenset({"log-stuck", "log-constant", "log-never_measured"})
 _WINDOWS = (1, 2, 3, 5, 8, 14)
 _DRIFTS = _WINDOWS[2:]
@@ -98,8 +96,8 @@ _OF_DRIFT = range(2, len(_WINDOWS) + len(_DRIFTS))
 """Shapes that a drift may have."""
 _WITHIN = 0.05
 """Of a machine that is named, signs that chance shows in fewer such machines are causes. [1]"""
-_INDEPENDENT = 4.0
-"""Windows overlap: they count as so many at most. [1]"""
+_INDEPENDENT, _SURE = 4.0, 4.0
+"""Windows count as so many at most, and as few as overlap there, in standard deviations. [1]"""
 _PRIOR, _FAR = 4.0, 3.0
 _TOLD: Final = 1e-9
 """Of what nights say of an unknown less is rounding. [1]"""
@@ -215,14 +213,14 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
 
     histories = _histories(nights, day)
     names = list(histories)
-    shape = len(names), len(SignKind)
+    shape = len(names), len(SHARES)
     tests, least = np.zeros(shape), np.ones(shape)
     found: dict[int, list[_Found]] = defaultdict(list)
     kinds = np.unique([history.kind for history in histories.values()], return_inverse=True)[1]
     of_sign: dict[SignKind, list[_Rows]] = defaultdict(list)
     for one in (*_figures_of(histories), *_touches_of(histories)):
         of_sign[one.sign].append(one)
-    for column, sign in enumerate(SignKind):
+    for column, sign in enumerate(SHARES):
         if not of_sign[sign]:
             continue
         rows = _joined(of_sign[sign])
@@ -232,7 +230,7 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
         for row, departs in several.items():
             output, name = rows.names[int(rows.of[row])]
             found[int(rows.machine[row])].append(departs._replace(output=output, of=name))
-    tests /= [SHARES[sign] for sign in SignKind]
+    tests /= list(SHARES.values())
     p_of = np.minimum(np.min(least * np.maximum(tests, 1.0), axis=1, initial=1.0), 1.0)
     asked = np.flatnonzero(np.any(tests, axis=1))
     q_of: dict[int, float | None] = dict.fromkeys(range(len(names)))
@@ -244,7 +242,7 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
     for k, (name, history) in enumerate(histories.items()):
         q_value = q_of[k]
         sure = q_value is not None and q_value <= FALSE_SHARE
-        asked_of = dict(zip(SignKind, tests[k].tolist(), strict=True))
+        asked_of = dict(zip(SHARES, tests[k].tolist(), strict=True))
         likely = [f for f in found[k] if sure and f.p_value * asked_of[f.sign] <= _WITHIN]
         reasons = _reasons(still.get(name, {}), likely)
         first = next(iter(reasons.values()), None)
@@ -322,6 +320,8 @@ class _Changes(NamedTuple):
     """By how much the last night alone departs from the machine as it was, (rows, shapes)."""
     last_std: _F
     """Its standard deviation, infinite where that night says nothing, (rows,)."""
+    alike: _F
+    """Correlations of the sizes, (rows, shapes, shapes)."""
     each: _F
     """How far each night departs from those before it, in standard deviations, (rows, nights); NaN
     where it says nothing."""
@@ -372,8 +372,9 @@ def _changes(equations: _Equations, base: int, prior: _F) -> _Changes:
     inverse, was = inverse[:, -1], was[:, -1]
     of_shape = np.einsum("kn,rjna->rjka", _SHAPES, c)
     solved = np.einsum("rjka,rab->rjkb", of_shape, inverse, optimize=True)
-    of_own = np.einsum("kn,rjn->rjk", _SHAPES**2, own)
-    total = of_own - np.einsum("rjka,rjka->rjk", solved, of_shape)
+    of_own = np.einsum("kn,ln,rjn->rjkl", _SHAPES, _SHAPES, own, optimize=True)
+    both = of_own - np.einsum("rjka,rjla->rjkl", solved, of_shape, optimize=True)
+    of_own, total = (np.einsum("rjkk->rjk", one) for one in (of_own, both))
     size = np.einsum("kn,rnj->rjk", _SHAPES, vector) - np.einsum("rjka,ra->rjk", of_shape, was)
     seen = total > _TOLD * of_own
     total = np.where(seen, total, 1.0)
@@ -387,6 +388,7 @@ def _changes(equations: _Equations, base: int, prior: _F) -> _Changes:
         np.where(seen, total**-0.5, np.inf),
         last / weight[..., None],
         np.where(said, weight**-0.5, np.inf),
+        np.clip(both / np.sqrt(total[..., None] * total[..., None, :]), 0.0, 1.0),
         each,
     )
 
@@ -438,12 +440,13 @@ def _touches_of(histories: Mapping[str, _History]) -> Iterator[_Rows]:
                     past = equations_of(one["before"], mean=datum is None)
                     found.before[0][row], found.before[1][row] = past
         kinds = [SignKind(kind) for kind, _ in columns]
-        base = sum(kind is SignKind.MEAN or kind in _KNOWN for kind in kinds)
-        prior = np.array([_KNOWN.get(kind, np.inf) for kind in kinds[:base]]) ** -2.0 + 1e-9
+        base = sum(kind is SignKind.MEAN or kind in KNOWN for kind in kinds)
+        prior = np.array([KNOWN.get(kind, np.inf) for kind in kinds[:base]]) ** -2.0 + 1e-9
         changes = _changes(_with_what_model_learnt(found, base, prior), base, prior)
         of = np.array(list(machines), np.intp)
         for j, (kind, (_, name)) in enumerate(zip(kinds, columns, strict=True)):
-            yield _Rows(kind, [(output, name)], np.zeros_like(of), of, changes.of(j))
+            if kind in SHARES:
+                yield _Rows(kind, [(output, name)], np.zeros_like(of), of, changes.of(j))
 
 
 def _with_what_model_learnt(found: _Equations, base: int, prior: _F) -> _Equations:
@@ -472,12 +475,12 @@ def _joined(several: Sequence[_Rows]) -> _Rows:
 
 def _departures(rows: _Rows, kinds: NDArray[np.intp]) -> tuple[_B, _F, dict[int, _Found]]:
     """Return which rows are asked, how probably chance departs so far, and what departs."""
-    from scipy.special import stdtr  # noqa: PLC0415  scipy is slow to import
+    from scipy.special import erf, stdtr  # noqa: PLC0415  scipy is slow to import
 
     sign, of, count = rows.sign, rows.of, len(rows.of)
-    size, std, last, last_std, each = rows.changes
+    size, std, last, last_std, alike, each = rows.changes
     known = ~np.isnan(each)
-    asked = np.zeros(count, bool)
+    asked = np.zeros((count, len(_SHAPES)), bool)
     best = np.zeros((count, 4))  # z, departure, window, degrees of freedom of the spread
     best[:, 3] = 1.0
     every = np.zeros((count, len(_SHAPES)))
@@ -493,7 +496,7 @@ def _departures(rows: _Rows, kinds: NDArray[np.intp]) -> tuple[_B, _F, dict[int,
         seen &= s <= TELLS[sign]
         if sign is SignKind.MEAN:
             seen &= np.count_nonzero(known[:, -w:], axis=1) >= _DRIFTS[0]
-        asked |= seen
+        asked[:, number] = seen
         better = seen & (np.abs(z) > np.abs(best[:, 0])) & (np.abs(beyond) >= LEAST[sign])
         better &= np.abs(beyond) <= _MOST.get(sign, np.inf)
         # what has gone since is no reason any more
@@ -505,15 +508,18 @@ def _departures(rows: _Rows, kinds: NDArray[np.intp]) -> tuple[_B, _F, dict[int,
         every[:, number] = formal
         candidate = np.column_stack([z, beyond, np.full(count, w), _FORMAL + _EFFICIENCY * sisters])
         best = np.where(better[:, None], candidate, best)
-    windows = np.minimum(np.sum(known, axis=1), _INDEPENDENT)
-    p_values = np.minimum(2.0 * stdtr(best[:, 3], -np.abs(best[:, 0])) * windows, 1.0)
+    # windows overlap: how likely each passes where the one most like it does not (Worsley 1982)
+    like = np.max(np.tril(alike * asked[:, None, :], -1), axis=2)
+    windows = np.sum(asked * erf(_SURE * np.sqrt(0.5 * (1.0 - like) / (1.0 + like))), axis=1)
+    windows = np.clip(windows, 1.0, _INDEPENDENT) * (1.0 if sign in GROWS else 2.0)
+    p_values = np.minimum(stdtr(best[:, 3], -np.abs(best[:, 0])) * windows, 1.0)
     back = np.minimum(best[:, 2] - 1, JUDGED_DAYS - 1 - np.argmax(known, axis=1))
     found: dict[int, _Found] = {}
     for k in np.flatnonzero(best[:, 2]).tolist():
         z, beyond, *_ = best[k].tolist()
         formal = tuple(np.abs(every[k]).tolist())
         found[k] = _Found(float(p_values[k]), z, formal, sign, "", "", beyond, int(back[k]))
-    return asked, p_values, found
+    return np.any(asked, axis=1), p_values, found
 
 
 def _beside_sisters(

@@ -25,6 +25,8 @@ FEWEST_MINUTES: Final = 30
 MOST_PAIRED: Final = 6
 """Among more channels of an output none are tried as swapped. [1]"""
 _CLIPPED, _DELTA = 4.0, 0.25
+_REFERENCE_C: Final = 20.0
+"""Temperature from which that around the parts counts (ISO 1). [°C]"""
 _MORE_UM = (0.0, 0.5, 1.0, 2.0, 4.0)
 _SIZES_UM = (0.3, 0.6, 1.0, 1.7, 3.0, 6.0, 12.0)
 _MEMORIES_S = (3600.0, 7200.0, 14_400.0, 28_800.0, 86_400.0)
@@ -45,8 +47,14 @@ class SignKind(StrEnum):
     """Logarithm of the factor by which it answers slower. [1]"""
     MEAN = "mean"
     """By how much the displacement lies beside the model, heat or not. [µm]"""
+    AMBIENT = "ambient"
+    """What a kelvin of the channels that parts subtract does beside the model. [µm/K]"""
     REST = "rest"
     """Logarithm of the innovations' root mean square over their standard deviation. [1]"""
+
+
+KNOWN: Final = {SignKind.AMBIENT: 1.0, SignKind.GAIN: 0.3, SignKind.TIME_CONSTANT: 0.6}
+"""How well a model is known at least, in the sign's unit. [M]"""
 
 
 @final
@@ -194,22 +202,42 @@ class _Touched:
         self.is_enough = min(counts) >= FEWEST
         if self.is_enough:
             left_um, self._zero_um = self._over_level()
+            self._columns = tuple(self._base())
             self._kept = _likeliest(log.time_s[rows], left_um, self._before)
+            noise_um = left_um - self._explained(left_um)
+            self._kept = _likeliest(log.time_s[rows], noise_um, self._before)
             self._innovations = self._kept.of(left_um)
+
+    def _base(self) -> Iterator[tuple[SignKind, str, _F]]:
+        """Yield what a machine may do otherwise than its model."""
+        slower = self._run(replace(self._model, outputs=(_slower(self._output),)), self._log)
+        slower_um = (slower[1] - self._own_um) / np.log1p(_DELTA)
+        yield SignKind.MEAN, "", np.ones(self._rows.size)
+        around = sorted({part.minus for part in self._output.parts} - {""})
+        if around:
+            around_c = np.mean([self._held(self._log.columns[name]) for name in around], axis=0)
+            yield SignKind.AMBIENT, "", around_c - _REFERENCE_C
+        for kind, each_um in ((SignKind.GAIN, self._own_um), (SignKind.TIME_CONSTANT, slower_um)):
+            for part, own_um in zip(self._output.parts, each_um.T, strict=True):
+                yield kind, part.name, own_um
+
+    def _held(self, column: _F) -> _F:
+        """Return a channel at the touches; where it is missing, by its neighbours in time."""
+        time_s, known = self._log.time_s, ~np.isnan(column)
+        return np.interp(time_s[self._rows], time_s[known], column[known])
+
+    def _explained(self, left_um: _F) -> _F:
+        """Return what in the days before another model would explain: it is no noise."""
+        x = np.column_stack([column_um for *_, column_um in self._columns])
+        g, e = self._kept.of(x)[self._before], self._kept.of(left_um)[self._before]
+        known = np.diag([KNOWN.get(kind, 1e6) ** -2.0 for kind, *_ in self._columns])
+        weighted = _weights(e) * g.T
+        return x @ np.linalg.solve(known + weighted @ g, weighted @ e)
 
     def equations(self) -> TouchedDay:
         """Return the least squares of the touches on what changes of the model would do."""
-        slower = self._run(replace(self._model, outputs=(_slower(self._output),)), self._log)
-        parts = [(part.name, k) for k, part in enumerate(self._output.parts)]
-        columns = [
-            (SignKind.MEAN, "", np.ones(self._rows.size)),
-            *((SignKind.GAIN, name, self._own_um[:, k]) for name, k in parts),
-            *(
-                (SignKind.TIME_CONSTANT, name, (slower[1] - self._own_um)[:, k] / np.log1p(_DELTA))
-                for name, k in parts
-            ),
-            *((SignKind.SWAP, pair, other - self._said_um) for pair, other in self._swapped()),
-        ]
+        swapped = ((SignKind.SWAP, pair, other - self._said_um) for pair, other in self._swapped())
+        columns = (*self._columns, *swapped)
         g = self._kept.of(np.column_stack([column_um for *_, column_um in columns]))
         today = self._day == 0
         return TouchedDay(

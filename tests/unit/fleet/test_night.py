@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from datetime import date, timedelta
 
+import numpy as np
 import polars as pl
 import pytest
 
@@ -129,6 +130,34 @@ def test_machines_that_were_off_for_hours_are_verified_as_well(days):
     result = found(holes)
     assert result.outcome is NightOutcome.VERIFIED
     assert result.outputs["Z_um"].rmse_um < 2.0
+
+
+def unknowns_of(result: NightResult) -> dict[str, float]:
+    """Return the least squares of what the touches of the day and before say, by kind."""
+    (one,) = result.touched
+    size = len(one.columns)
+    matrix, vector = np.zeros((size, size)), np.zeros(size)
+    for part in (one.day, one.before):
+        upper = np.zeros((size, size))
+        upper[np.triu_indices(size)] = part.matrix
+        matrix, vector = matrix + upper + np.triu(upper, 1).T, vector + part.vector
+    keep = [k for k, (kind, _) in enumerate(one.columns) if kind != "swap"]
+    found = np.linalg.solve(matrix[np.ix_(keep, keep)], vector[keep])
+    return {str(one.columns[k][0]): x for k, x in zip(keep, found.tolist(), strict=True)}
+
+
+def test_what_follows_the_temperature_around_is_neither_gain_nor_mean(days, plain):
+    around = pl.col("T_column_C_mean") - 20.0
+    moved = [day.with_columns(pl.col("probe_Z_um_mean") + 3.0 * around) for day in days]
+    gone = pl.when(pl.int_range(pl.len()) != MINUTES - 30).then(pl.col("T_column_C_mean"))
+    said, was, missing = map(
+        unknowns_of,
+        (found(moved), plain, found([*moved[:-1], moved[-1].with_columns(gone)])),
+    )
+    for one in (said, missing):
+        assert one["ambient"] - was["ambient"] == pytest.approx(3.0, abs=0.3)
+        assert one["gain"] == pytest.approx(was["gain"], abs=0.02)
+        assert one["time_constant"] == pytest.approx(was["time_constant"], abs=0.03)
 
 
 def test_a_result_is_json(plain):
