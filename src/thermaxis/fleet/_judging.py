@@ -378,6 +378,7 @@ def _changes(equations: _Equations, base: int, prior: _F) -> _Changes:
     size = np.einsum("kn,rnj->rjk", _SHAPES, vector) - np.einsum("rjka,ra->rjk", of_shape, was)
     seen = total > _TOLD * of_own
     total = np.where(seen, total, 1.0)
+    root = np.sqrt(total)
     size = np.where(seen, size / total, 0.0)
     as_it_was = was[:, None, None] - solved * size[..., None]
     last = vector[:, -1, :, None] - np.einsum("rja,rjka->rjk", c[:, :, -1], as_it_was)
@@ -385,10 +386,10 @@ def _changes(equations: _Equations, base: int, prior: _F) -> _Changes:
     weight = np.where(said, own[..., -1], 1.0)
     return _Changes(
         size,
-        np.where(seen, total**-0.5, np.inf),
+        np.where(seen, 1.0 / root, np.inf),
         last / weight[..., None],
         np.where(said, weight**-0.5, np.inf),
-        np.clip(both / np.sqrt(total[..., None] * total[..., None, :]), 0.0, 1.0),
+        np.clip(both / root[..., None] / root[..., None, :], 0.0, 1.0),
         each,
     )
 
@@ -509,7 +510,7 @@ def _departures(rows: _Rows, kinds: NDArray[np.intp]) -> tuple[_B, _F, dict[int,
         candidate = np.column_stack([z, beyond, np.full(count, w), _FORMAL + _EFFICIENCY * sisters])
         best = np.where(better[:, None], candidate, best)
     # windows overlap: how likely each passes where the one most like it does not (Worsley 1982)
-    like = np.max(np.tril(alike * asked[:, None, :], -1), axis=2)
+    like = np.max(np.tril(np.where(asked[:, None, :], alike, 0.0), -1), axis=2)
     windows = np.sum(asked * erf(_SURE * np.sqrt(0.5 * (1.0 - like) / (1.0 + like))), axis=1)
     windows = np.clip(windows, 1.0, _INDEPENDENT) * (1.0 if sign in GROWS else 2.0)
     p_values = np.minimum(stdtr(best[:, 3], -np.abs(best[:, 0])) * windows, 1.0)
