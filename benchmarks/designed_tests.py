@@ -17,6 +17,7 @@ places      FL_THERMAL and the virtual lathe with twelve places: three chosen in
             later rows, by a ridge on four lags (1e-2) and by `modal`
 
     python benchmarks/designed_tests.py [--sections machines,lathe,calm,places] [--draws 50]
+                                        [--seeds 24]
 """
 
 import argparse
@@ -438,7 +439,7 @@ def main() -> None:
         elif section == "lathe":
             lathe(arguments.jobs, arguments.seeds)
         elif section == "calm":
-            calm(arguments.seeds // 3)
+            calm(max(arguments.seeds // 3, 1))
         else:
             places()
 

@@ -131,8 +131,8 @@ _ = bars.set_title("What is left")
 #
 # - What the hall moves was taken off: it is in no input, and no test of a source teaches it. A
 #   real day has it on top.
-# - Both err more than was foreseen and reached, in the same dips of these days: the lathe is a
-#   network of heat in a hall, and a model a sum of lags.
+# - Both err more than was foreseen and reached, which are for the use that the plan states: on
+#   these days each hour has another speed, drawn at random.
 # - What is foreseen is as good as the noise and drift that were stated; `reached` takes those of
 #   the record.
 # - One machine and one seed: `benchmarks/designed_tests.py` asks fifty machines, and 24 days of

@@ -208,7 +208,8 @@ def execute(words: Sequence[str]) -> int:
 
 def _as_given(error: ThermaxisError, words: Sequence[str]) -> ThermaxisError:
     """Return the error with its file as it was given: a log is known by its name without ending."""
-    given = [word for word in words if PurePath(word).stem == error.place.file]
+    file = error.place.file
+    given = [word for word in words if file and PurePath(word).stem == file]
     return error.at(error.place._replace(file=given[0])) if len(given) == 1 else error
 
 

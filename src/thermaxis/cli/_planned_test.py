@@ -29,7 +29,7 @@ def check_inputs_stated(conditions: HeatingConditions) -> None:
 
 
 def told_of_plan(plan: ThermalTestPlan, logs: Sequence[Path]) -> Message | None:
-    """Return what the log of a test that still runs has reached; None before its first block."""
+    """Return what the log of a test has reached so far; None before its first block."""
     if len(logs) != 1:
         return Message("recording-plan_over_files") if logs else None
     try:

@@ -189,7 +189,7 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
     leaves A = 1/s^2, b = x/s^2. P says how well a model is known at least; where the days before
     are as it says, A_0 counts twice, but for the mean: it was learnt from as much. A change of
     unknown j on the last w nights with the shape a, 1 for a step and growing for a drift, is by
-    least squares beside the mean, gains and time constants of the machine as it was
+    least squares beside mean, ambient, gains and time constants of the machine as it was
 
         M = P + 2 A_0 + sum A_i,  v = b_0 + sum b_i,  c = sum a_i A_i e_j
         S^2 = 1 / (sum a_i^2 A_i,jj - c' M^-1 c)
@@ -200,14 +200,15 @@ def judge(nights: Iterable[StoredNight], day: date) -> list[Judgement]:
     not move, not below 1 nor below that of the machine's own nights before. It is that of the
     machine's kind and sign, where they are few of its kind, or of all; z then has Student's
     distribution with half as many degrees of freedom, and ten. What S does not tell from
-    nothing is not asked. The smallest probability of all windows and signs, with the share of its
-    sign in `SHARES`, is the machine's; of these those are named that hold the share of false names
-    at `FALSE_SHARE`.
+    nothing is not asked. A sign counts once for each window, as far as that does not overlap the
+    one most like it, on one side if it only grows. The smallest probability of all windows and
+    signs, with the share of its sign in `SHARES`, is the machine's; of these those are named that
+    hold the share of false names at `FALSE_SHARE`.
 
     References
     ----------
     Lai 1995 (window-limited sums); Benjamini and Hochberg 1995; Efron 2004 (spread from the night
-    itself); Genovese, Roeder and Wasserman 2006 (shares). From memory.
+    itself); Genovese, Roeder and Wasserman 2006 (shares); Worsley 1982 (overlap). From memory.
     """
     from scipy import stats  # noqa: PLC0415  scipy is slow to import
 
@@ -509,7 +510,7 @@ def _departures(rows: _Rows, kinds: NDArray[np.intp]) -> tuple[_B, _F, dict[int,
         every[:, number] = formal
         candidate = np.column_stack([z, beyond, np.full(count, w), _FORMAL + _EFFICIENCY * sisters])
         best = np.where(better[:, None], candidate, best)
-    # windows overlap: how likely each passes where the one most like it does not (Worsley 1982)
+    # how likely each passes a bound that the one most like it does not pass (Worsley 1982)
     like = np.max(np.tril(np.where(asked[:, None, :], alike, 0.0), -1), axis=2)
     windows = np.sum(asked * erf(_SURE * np.sqrt(0.5 * (1.0 - like) / (1.0 + like))), axis=1)
     windows = np.clip(windows, 1.0, _INDEPENDENT) * (1.0 if sign in GROWS else 2.0)

@@ -20,7 +20,7 @@ from thermaxis.cli._progress import Progress
 from thermaxis.cli._reading import add_reading, reading_of
 from thermaxis.cli.axis.trend import values_of_change
 from thermaxis.codes import printable
-from thermaxis.errors import ConfigurationError, ThermaxisError
+from thermaxis.errors import ConfigurationError, ThermaxisError, require_known
 from thermaxis.files import (
     format_model,
     model_sha256,
@@ -211,12 +211,8 @@ def _add(arguments: argparse.Namespace, registry: fleet.Registry) -> int:
         sys.stdout.write(f"written: {said}\n")
     model = read_model(arguments.model)
     channels: dict[str, str] = dict(arguments.channel)
-    known = [*model.channels, *(output.name for output in model.outputs)]
-    for name in channels:
-        if name not in known:
-            raise ConfigurationError(
-                "unknown_name", key="--channel", name=name, known=", ".join(known)
-            )
+    outputs = (output.name for output in model.outputs)
+    require_known("--channel", channels, [*model.channels, *outputs])
     machine = fleet.FleetMachine(
         *(arguments.machine, arguments.kind, format_model(model), model_sha256(model)), channels
     )

@@ -84,10 +84,10 @@ def _record(
         summary = asyncio.run(_recorded(settings, folder, duration_s, plan))
     for line in _summary(summary):
         sys.stdout.write(f"{line}\n")
-    if plan is not None and (last := told_of_plan(plan, summary.files)) is not None:
-        _tell(last)
     if summary.error:
         raise DataError("rows_not_written", file=folder, cause=summary.error)
+    if plan is not None and (last := told_of_plan(plan, summary.files)) is not None:
+        _tell(last)
     return 0
 
 

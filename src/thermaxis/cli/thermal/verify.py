@@ -37,7 +37,7 @@ from thermaxis.cli.thermal._thermal_logs import (
 )
 from thermaxis.codes import printable
 from thermaxis.compensation import Limits
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_known
 from thermaxis.files import model_sha256, read_correction_limits, read_model
 from thermaxis.messages import text_of
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, messages_of, without_text
@@ -195,11 +195,7 @@ def _touches(arguments: argparse.Namespace, outputs: list[str]) -> thermal.Touch
     if not (arguments.touch_every or arguments.touch_within_um or arguments.touches):
         return None
     channels = {entry.output: entry.channel for entry in arguments.touches or ()}
-    for name in channels:
-        if name not in outputs:
-            raise ConfigurationError(
-                "unknown_name", key="--touches", name=name, known=", ".join(outputs)
-            )
+    require_known("--touches", channels, outputs)
     plan = thermal.TouchPlan(
         every_s=arguments.touch_every, within_um=arguments.touch_within_um, channels=channels
     )

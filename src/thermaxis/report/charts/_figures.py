@@ -10,7 +10,7 @@ from typing import final
 from matplotlib.figure import Figure
 
 from thermaxis import __version__
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import require_known
 from thermaxis.positioning import (
     DifferenceMonteCarlo,
     PositioningTest,
@@ -191,9 +191,7 @@ def draw_figure(test: PositioningTest, name: str) -> Figure:
         version=__version__,
     )
     charts = {chart.name: chart for chart in charts_of(report)}
-    if name not in charts:
-        known = (*charts, _DRIFT.name)
-        raise ConfigurationError("unknown_choice", name=name, known=known, key="name")
+    require_known("name", [name], (*charts, _DRIFT.name), "unknown_choice")
     with drawing(name):
         return charts[name].draw(report)
 

@@ -168,7 +168,7 @@ class ReadingNoise:
     every_s: float = 10.0
     """Time between readings. [s]"""
     drift_um: float = 0.8
-    """Slow drift that no input explains, standard deviation. [µm]"""
+    """Slow drift at rest of displacement and inputs together, standard deviation. [µm]"""
     drift_h: float = 2.0
     """Time in which its correlation falls to 1/e. [h]"""
 
