@@ -128,6 +128,7 @@ def test_after_a_test_the_next_begins_where_it_ended(
     (reached_um,) = said["reached_um"]
     assert 0.3 * before["foreseen_um"][-1] < reached_um < 2.0 * before["foreseen_um"][-1]
     assert said["foreseen_um"][-1] < reached_um
+    assert code_of(*words, "--after", log) == "same_log_twice"
 
 
 def test_what_is_reached_is_told_while_it_runs_and_when_it_is_enough(

@@ -167,9 +167,9 @@ def test_limits_are_kept_and_reached() -> None:
     too_long = best.copy()
     too_long[:4] = (1, 0)
     assert not allowed(conditions, too_long)
-    never = replace(bound, shortest_on_min=300.0, shortest_off_min=0.0, longest_on_min=300.0)
-    with pytest.raises(ConfigurationError, match="No sequence"):
-        random_sequence(replace(conditions, sources={"a": never}), 6, AlwaysOn())
+    for cool_min in (361.0, 400.0):  # of 6 h
+        with pytest.raises(ConfigurationError, match="No source can run"):
+            designed(replace(conditions, cool_min=cool_min), found, 12, starts=1)
     for shortest_min, longest_min in ((60.0, 45.0), (0.0, 10.0)):
         stands = HeatSource(shortest_on_min=shortest_min, longest_on_min=longest_min)
         with pytest.raises(ConfigurationError, match="longest_on_min"):
@@ -192,14 +192,26 @@ def test_nothing_that_acts_has_a_default(stated) -> None:
         SourceSwitch(**stated)
 
 
-class AlwaysOn(np.random.Generator):
-    """A generator that draws the highest level always."""
-
-    def __init__(self) -> None:
-        super().__init__(np.random.PCG64(1))
-
-    def integers(self, low: Any, *_: Any, **__: Any) -> Any:
-        return low - 1
+@pytest.mark.parametrize("seed", range(40))
+def test_random_levels_keep_any_limits_and_heat_within_them(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    sources = {}
+    for name in "abc"[: rng.integers(1, 4)]:
+        on_min, off_min, more_min = 20.0 * rng.integers(0, 4, 3)
+        longest_min = max(on_min, 20.0) + more_min
+        sources[name] = HeatSource((0.0, 1.0, 2.0), (), "", 10.0, 30.0, (5.0, 40.0),
+                                   on_min, off_min, longest_min)  # fmt: skip
+    conditions = replace(
+        SHORT,
+        sources=sources,
+        block_min=20.0,
+        cool_min=20.0 * rng.integers(0, 4),
+        most_at_once=int(rng.integers(1, 4)),
+    )
+    blocks = int(rng.integers(12, 80))
+    sequences = [random_sequence(conditions, blocks, rng) for _ in range(10)]
+    assert all(allowed(conditions, one) for one in sequences)
+    assert sum(one.any() for one in sequences) > 5
 
 
 def test_a_plan_is_never_worse_than_a_customary_test_of_its_length() -> None:
@@ -321,6 +333,7 @@ def test_a_part_of_a_record_has_reached_less() -> None:
         (lambda: HeatSource(rise_min=(20.0, 10.0)), "no span"),
         (lambda: SourceSwitch(SwitchKind.AXIS, axis="X"), "two different ends"),
         (lambda: SourceSwitch(SwitchKind.FUNCTION, on=30), "M30 is no switch"),
+        (lambda: SourceSwitch(SwitchKind.FUNCTION, on=8, off=8), "M8"),
         (lambda: replace(TWO, sources={}), "sources"),
         (
             lambda: replace(

@@ -11,7 +11,13 @@ from thermaxis.cli._json import show
 from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._planned_test import reached_by
 from thermaxis.cli._progress import Progress
-from thermaxis.cli.thermal._thermal_logs import add_log_options, logs_of, reading_codes
+from thermaxis.cli.thermal._thermal_logs import (
+    add_log_options,
+    check_twice,
+    entries_of,
+    logs_of,
+    reading_codes,
+)
 from thermaxis.errors import require_count
 from thermaxis.report.tables import Part, Table, Value, rows_of
 from thermaxis.thermal import GainsPrior, HeatingConditions, ReachedTest, ThermalTestPlan
@@ -63,7 +69,9 @@ def run_plan(arguments: argparse.Namespace) -> int:
     logs, reached = list[thermal.ThermalLog](), list[ReachedTest]()
     with Progress() as progress:
         progress("reading", 0, 0)
-        logs = logs_of(arguments, arguments.after)
+        entries = entries_of(arguments, arguments.after)
+        check_twice(entries)
+        logs = [entry.log for entry in entries]
         for log in logs:
             reached.append(reached_by(conditions, prior, log))
             prior = reached[-1].gains

@@ -217,6 +217,16 @@ def logs_of(arguments: argparse.Namespace, paths: Sequence[Path]) -> list[Therma
     return [entry.log for entry in entries_of(arguments, paths)]
 
 
+def check_twice(entries: Sequence[ReadLog]) -> None:
+    """Refuse a log that is named twice: it would count as two experiments."""
+    seen: set[tuple[str, int, int]] = set()
+    for training in (entry.training for entry in entries):
+        key = (training.sha256, training.first_row, training.rows)
+        if key in seen:
+            raise ConfigurationError("same_log_twice", file=training.name)
+        seen.add(key)
+
+
 def with_clocks_told(
     logs: Sequence[ThermalLog],
     models: Sequence[CompensationModel],

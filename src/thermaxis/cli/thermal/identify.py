@@ -16,8 +16,8 @@ from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._identification import described
 from thermaxis.cli.thermal._series import add_series, write_run_series
 from thermaxis.cli.thermal._thermal_logs import (
-    ReadLog,
     add_log_options,
+    check_twice,
     entries_of,
     findings_in,
     reading_codes,
@@ -175,7 +175,7 @@ def run(arguments: argparse.Namespace) -> int:
         entries = entries_of(
             arguments, arguments.logs, part=arguments.span, sample_time_s=arguments.sample_time
         )
-        _check_twice(entries)
+        check_twice(entries)
         logs = [entry.log for entry in entries]
         inputs = _inputs(arguments, logs)
         outputs: list[str] = arguments.output
@@ -349,16 +349,6 @@ def _step_of_values(log: thermal.ThermalLog) -> float:
         filled |= ~np.isnan(values)
     times_s = log.time_s[filled]
     return float(np.median(np.diff(times_s))) if times_s.size > 1 else 0.0
-
-
-def _check_twice(entries: Sequence[ReadLog]) -> None:
-    """Refuse a log that is named twice: it would count as two experiments."""
-    seen: set[tuple[str, int, int]] = set()
-    for training in (entry.training for entry in entries):
-        key = (training.sha256, training.first_row, training.rows)
-        if key in seen:
-            raise ConfigurationError("same_log_twice", file=training.name)
-        seen.add(key)
 
 
 def _common_step_s(

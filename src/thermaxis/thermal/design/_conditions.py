@@ -78,6 +78,8 @@ class SourceSwitch:
             require_range(f"switch.{key}", number, 0, 9999)
             if number in NO_SWITCH:
                 raise ConfigurationError("function_no_switch", number=number, place=place)
+        if self.on is not None:
+            require_unique("switch.off", [f"M{self.on}", f"M{self.off}"])
         ends = {self.from_mm, self.to_mm}
         if self.kind is SwitchKind.AXIS and (not self.axis or None in ends or len(ends) < 2):
             raise ConfigurationError("axis_without_way", key="switch.axis")
@@ -283,6 +285,11 @@ class HeatingConditions:
         numbers = np.asarray(sequence, dtype=np.intp)
         shares = [np.array(one.shares)[numbers[..., s]] for s, one in enumerate(self.each)]
         return np.stack(shares, axis=-1)
+
+    @property
+    def cooling_blocks(self) -> int:
+        """Blocks at the end in which all sources stand. [1]"""
+        return math.ceil(self.cool_min / self.block_min - 1e-9)
 
     @property
     def each(self) -> tuple[HeatSource, ...]:

@@ -1,5 +1,6 @@
 """The sequence that leaves least open: exchange of levels, one stretch of one source at a time."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from enum import StrEnum
 from itertools import groupby, product
@@ -22,7 +23,6 @@ GAINED = 1e-6
 _LONGEST_STRETCH = 3
 _MOST_ROWS = 9
 _RANDOM = 100
-_TRIED = 3000
 
 
 @final
@@ -39,10 +39,8 @@ class CustomaryTest(StrEnum):
 
 def allowed(conditions: HeatingConditions, sequence: IntArray) -> bool:
     """Whether a sequence of levels by number, (b, s), keeps what is stated."""
-    block_min, blocks = conditions.block_min, len(sequence)
-    cooling = int(np.ceil(conditions.cool_min / block_min - 1e-9))
-    running = sequence > 0
-    if bool(np.any(running[blocks - cooling :])):
+    block_min, running = conditions.block_min, sequence > 0
+    if bool(np.any(running[max(len(sequence) - conditions.cooling_blocks, 0) :])):
         return False
     if int(running.sum(axis=1).max()) > conditions.most_at_once:
         return False
@@ -131,7 +129,7 @@ def designed(
     Raises
     ------
     ConfigurationError
-        If no sequence keeps what is stated.
+        If no source can run within what is stated.
     """
     rng = np.random.default_rng(seed)
     begins = [one for one in customary(conditions, blocks).values() if allowed(conditions, one)]
@@ -142,6 +140,8 @@ def designed(
         sequence, value = exchanged(conditions, foreseen, begin)
         if value < least:
             best, least = sequence, value
+    if not best.any():
+        raise ConfigurationError("no_sequence_allowed", key="sources")
     return best
 
 
@@ -149,21 +149,28 @@ def random_sequence(
     conditions: HeatingConditions, blocks: int, rng: np.random.Generator
 ) -> IntArray:
     """Return levels at random, (b, s), each held as long as it must be."""
-    cooling = int(np.ceil(conditions.cool_min / conditions.block_min - 1e-9))
-    for _ in range(_TRIED):
-        sequence = np.zeros((blocks, len(conditions.sources)), dtype=np.intp)
-        for s, source in enumerate(conditions.each):
-            begin = 0
-            while begin < blocks - cooling:
-                level = int(rng.integers(len(source.levels)))
-                least = source.shortest_on_min if level else source.shortest_off_min
-                length = max(1, int(np.ceil(least / conditions.block_min - 1e-9)))
-                sequence[begin : begin + length, s] = level
-                begin += length
-        sequence[blocks - cooling :] = 0
-        if allowed(conditions, sequence):
-            return sequence
-    raise ConfigurationError("no_sequence_allowed", key="sources")
+    sequence = np.zeros((blocks, len(conditions.sources)), dtype=np.intp)
+    end, block_min = blocks - conditions.cooling_blocks, conditions.block_min
+    order = np.arange(len(conditions.sources))
+    for s in rng.permutation(order) if conditions.most_at_once < order.size else order:
+        source, begin, on = conditions.each[s], 0, 0
+        held, off = (
+            max(1, math.ceil(least / block_min - 1e-9))
+            for least in (source.shortest_on_min, source.shortest_off_min)
+        )
+        while begin < end:
+            level = int(rng.integers(len(source.levels)))
+            others = np.count_nonzero(sequence[begin : begin + held], axis=1)
+            if (
+                begin + held > end
+                or (on + held) * block_min > source.longest_on_min + 1e-9
+                or int(others.max()) >= conditions.most_at_once
+            ):
+                level = 0
+            length = held if level else off
+            sequence[begin : begin + length, s] = level
+            begin, on = begin + length, on + length if level else 0
+    return sequence
 
 
 def customary(conditions: HeatingConditions, blocks: int) -> Mapping[CustomaryTest, IntArray]:
