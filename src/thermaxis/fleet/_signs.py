@@ -201,8 +201,6 @@ class _Touched:
         counts = np.count_nonzero(self._day == 0), np.count_nonzero(self._before)
         self.is_enough = min(counts) >= FEWEST
         if self.is_enough:
-            # the run begins as if the machine had rested: its first day is not asked
-            self._past = self._before & (self._day > self._day[0])
             left_um, self._zero_um = self._over_level()
             self._columns = tuple(self._base())
             self._kept = _likeliest(log.time_s[rows], left_um, self._before)
@@ -231,7 +229,7 @@ class _Touched:
     def _explained(self, left_um: _F) -> _F:
         """Return what in the days before another model would explain: it is no noise."""
         x = np.column_stack([column_um for *_, column_um in self._columns])
-        g, e = self._kept.of(x)[self._past], self._kept.of(left_um)[self._past]
+        g, e = self._kept.of(x)[self._before], self._kept.of(left_um)[self._before]
         known = np.diag([KNOWN.get(kind, 1e6) ** -2.0 for kind, *_ in self._columns])
         weighted = _weights(e) * g.T
         return x @ np.linalg.solve(known + weighted @ g, weighted @ e)
@@ -246,7 +244,8 @@ class _Touched:
             self._output.name,
             tuple((kind, of) for kind, of, _ in columns),
             self._summed(g, today),
-            self._summed(g, self._past),
+            # the run begins as if the machine had rested: its first day is not asked
+            self._summed(g, self._before & (self._day > self._day[0])),
             datum_set=bool(self._datums[-1] != self._datums[self._before][-1]),
         )
 
