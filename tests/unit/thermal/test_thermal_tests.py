@@ -357,3 +357,37 @@ def test_what_departs_from_a_usual_test_is_told() -> None:
     told_of = evaluate_thermal_test(early, SPINDLE, SETUP).warnings
     codes = {w.code.removeprefix("warning-thermal_test_") for w in told_of}
     assert codes == {"ended_early", "cooling_short", "probe_not_stated"}
+
+
+def codes_of(test: ThermalTest) -> set[str]:
+    return {w.code.removeprefix("warning-thermal_test_") for w in test.warnings}
+
+
+def test_a_log_without_a_row_at_rest_before_the_motion_is_told() -> None:
+    cut = spindle_log().span(50, 361)
+    assert "moves_at_once" not in codes_of(evaluate_thermal_test(spindle_log(), SPINDLE, SETUP))
+    assert "moves_at_once" in codes_of(evaluate_thermal_test(cut, SPINDLE, SETUP))
+    unknown = cut.columns["n_rpm"].copy()
+    unknown[:3] = np.nan  # the recorder of the speed began later
+    late = replace(cut, columns={**cut.columns, "n_rpm": unknown})
+    assert "moves_at_once" in codes_of(evaluate_thermal_test(late, SPINDLE, SETUP))
+
+
+def test_the_noise_of_an_encoder_at_standstill_is_no_motion() -> None:
+    noise = np.random.default_rng(2).uniform(-2.0, 2.0, 361)
+    noisy = spindle_log(n_rpm=lambda t: speed(t) + noise)
+    motion = ThermalTestMotion("n_rpm", highest=6000.0)
+    test = evaluate_thermal_test(noisy, SPINDLE, replace(SETUP, motion=motion))
+    assert (test.begin_s, test.end_s) == (1800.0, 16200.0)
+    assert codes_of(test).isdisjoint({"moves_at_once", "highest_passed"})
+    table = spindle_log(n_rpm=lambda t: speed(t) / 1200.0)  # 5 rpm
+    slow = evaluate_thermal_test(table, ROTARY, SETUP)
+    assert (slow.begin_s, slow.end_s) == (1800.0, 16200.0)
+
+
+def test_a_stated_highest_speed_that_was_passed_is_told() -> None:
+    motion = ThermalTestMotion("n_rpm", highest=4500.0)
+    test = evaluate_thermal_test(spindle_log(), SPINDLE, replace(SETUP, motion=motion))
+    told = {w.code: w.values for w in test.warnings}
+    expected = {"stated": 4500.0, "highest": 6000.0}
+    assert told["warning-thermal_test_highest_passed"] == expected

@@ -2,6 +2,8 @@
 
 warning-thermal_test_short = zkouška trvá { $hours } h; obvyklé jsou nejméně { $least_h } h, často 24 h [M]
 warning-thermal_test_ended_early = běželo to { $hours } h: kratší než { $least_h } h, a ne dokud se posledních 60 min nezmění o méně než { $percent } % prvních 60 min [M]
+warning-thermal_test_highest_passed = rychlost dosáhla { $highest }, nad uvedenou nejvyšší { $stated }: podíly ve spektru jsou z { $highest }
+warning-thermal_test_moves_at_once = stroj se pohybuje již v prvním řádku: nula nemusí být nulou stroje v klidu, a pak jsou rozpětí příliš malá
 warning-thermal_test_cooling_short = po pohybu bylo zaznamenáno { $minutes } min; obvyklých je nejméně 60 min klidu [M]
 warning-thermal_test_turned = { $channel } je v { $percent } % řádků nad klidem: toto není chyba změnou teploty prostředí (ETVE)
 warning-thermal_test_probes_missing = neměřeno: { $probes }; co ukazují, do této zkoušky nepatří

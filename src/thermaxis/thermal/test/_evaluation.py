@@ -25,10 +25,12 @@ from thermaxis.thermal.test._figures import (
     UncertaintyCause,
 )
 from thermaxis.thermal.test._ranges import largest_ranges, range_of, rows_between
-from thermaxis.thermal.test._setup import ThermalTestKind, ThermalTestSetup
+from thermaxis.thermal.test._setup import ThermalTestKind, ThermalTestMotion, ThermalTestSetup
 
 STANDSTILL = 1.0
 """Up to this a speed counts as standstill. [unit of the channel]"""
+SPEED_NOISE = 0.01
+"""So does one up to this share of the highest speed of the log: an encoder is never still. [1]"""
 LONGEST_GAP_S = 1800.0
 """A longer time without a value leaves no range within 60 min. [s]"""
 TOLD_GAP_S = 300.0
@@ -87,7 +89,7 @@ def evaluate_thermal_test(
     if not end_s - begin_s + step_s >= HOUR_S:
         minutes = significant((end_s - begin_s) / 60.0, 3)
         raise DataError("thermal_test_too_short", minutes=minutes, place=log.place())
-    warnings = list(_warnings(log, kind, setup, end_s))
+    warnings = list(_warnings(log, kind, setup, begin_s, end_s))
     ambient = [_measured(log, name, "degC") for name in setup.ambient]
     measured = [*((one.name, one.values) for one in series if one.probes == 1)]
     for name, values in (*measured, *zip(setup.ambient, ambient, strict=True)):
@@ -285,24 +287,29 @@ def _span(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> tu
         return begin_s, min(end_s, log.duration_s)
     if not motion.speed:
         raise ConfigurationError("motion_missing", key="motion.speed")
-    speed = np.abs(log.column(motion.speed))
-    moving = np.flatnonzero(speed > STANDSTILL)
+    moving = np.flatnonzero(_speed(log, motion.speed) > 0.0)
     if not moving.size:
         place = log.place(log.name_of(motion.speed))
         raise DataError("never_moved", least=STANDSTILL, place=place)
     return float(log.time_s[moving[0]]), float(log.time_s[moving[-1]])
 
 
+def _speed(log: ThermalLog, channel: str) -> FloatArray:
+    """Return a speed without its sign; what counts as standstill is zero."""
+    speed = np.abs(log.column(channel))
+    least = max(STANDSTILL, SPEED_NOISE * float(np.fmax.reduce(speed)))
+    return np.where(speed <= least, 0.0, speed)
+
+
 def _spectrum(log: ThermalLog, setup: ThermalTestSetup, own: _Rows) -> tuple[SpeedClass, ...]:
     """Return how long which speeds were run; one holds until the next that was recorded."""
     if not setup.motion.speed:
         return ()
-    column = np.abs(log.column(setup.motion.speed))
+    column = _speed(log, setup.motion.speed)
     rows = np.flatnonzero(own.whole & ~np.isnan(column))
     speed, held_s = column[rows[:-1]], np.diff(log.time_s[rows])
     highest = max(setup.motion.highest or 0.0, float(np.max(speed, initial=STANDSTILL)))
     number = np.ceil(_CLASSES * speed / highest * (1.0 - 1e-9))
-    number[speed <= STANDSTILL] = 0.0
     classes: list[SpeedClass] = []
     for k in np.unique(number).tolist():
         alike = number == k
@@ -357,18 +364,17 @@ def _spread(ambient: list[FloatArray]) -> float | None:
 
 
 def _warnings(
-    log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup, end_s: float
+    log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup, begin_s: float, end_s: float
 ) -> Iterator[Message]:
     if kind is ThermalTestKind.ETVE:
         for name, unit in log.units.items():
-            moved = np.abs(log.columns[name]) > STANDSTILL
+            moved = _speed(log, name) > 0.0
             if unit == "rpm" and bool(np.any(moved)):
                 percent = significant(100.0 * float(np.mean(moved)), 2)
                 values = {"channel": name, "percent": percent}
                 yield Message("warning-thermal_test_turned", values)
-    elif log.duration_s - end_s < HOUR_S:
-        minutes = significant((log.duration_s - end_s) / 60.0, 3)
-        yield Message("warning-thermal_test_cooling_short", {"minutes": minutes})
+    else:
+        yield from _motion_warnings(log, setup.motion, begin_s, end_s)
     if kind is not ThermalTestKind.LINEAR:
         there = {name for name, _ in setup.probes.named}
         if missing := [name for name in ("X1", "X2", "Y1", "Y2", "Z") if name not in there]:
@@ -378,6 +384,24 @@ def _warnings(
         yield Message("warning-thermal_test_without_ambient")
     if setup.uncertainty.probe_um is None:
         yield Message("warning-thermal_test_probe_not_stated")
+
+
+def _motion_warnings(
+    log: ThermalLog, motion: ThermalTestMotion, begin_s: float, end_s: float
+) -> Iterator[Message]:
+    before = log.time_s < begin_s
+    if motion.speed:
+        speed = _speed(log, motion.speed)
+        before &= ~np.isnan(speed)
+        highest = float(np.fmax.reduce(speed))
+        if motion.highest is not None and highest > (1.0 + SPEED_NOISE) * motion.highest:
+            values = {"stated": motion.highest, "highest": significant(highest, 4)}
+            yield Message("warning-thermal_test_highest_passed", values)
+    if not bool(np.any(before)):
+        yield Message("warning-thermal_test_moves_at_once")
+    if log.duration_s - end_s < HOUR_S:
+        minutes = significant((log.duration_s - end_s) / 60.0, 3)
+        yield Message("warning-thermal_test_cooling_short", {"minutes": minutes})
 
 
 def _gaps(
