@@ -97,7 +97,7 @@ def test_etve_of_ramps_is_slope_times_span() -> None:
     assert (room.range_k, room.gradient_k_per_h) == pytest.approx((4.2, 0.7), **EXACT)
     assert (floor.start_c, floor.end_c) == pytest.approx((3.0, 4.8), **EXACT)
     assert test.room_spread_k == pytest.approx(6.0, **EXACT)
-    assert [w.code for w in test.warnings] == ["warning-thermal_test_probe_not_stated"]
+    assert [w.code for w in test.warnings] == ["warning-thermal_test_not_stated"]
 
 
 def test_a_spindle_that_warms_by_one_lag_has_the_ranges_of_its_exponential() -> None:
@@ -251,6 +251,24 @@ def test_uncertainty_has_the_terms_that_are_stated() -> None:
     assert b.expanded_uncertainty == pytest.approx(2.0 * squares**0.5, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("probes", "stated", "keys"),
+    [
+        (FIVE, {}, "probe_um, fixture_um_per_k, distance_mm"),
+        (FIVE, {"probe_um": 0.2, "distance_mm": 0.5}, "fixture_um_per_k"),
+        (Probes(z="Z_um"), {"fixture_um_per_k": 0.0}, "probe_um"),
+        (FIVE, {"probe_um": 0.2, "distance_mm": 0.5, "fixture_um_per_k": 0.3}, None),
+    ],
+)
+def test_every_term_that_is_not_stated_is_told(
+    probes: Probes, stated: dict[str, float], keys: str | None
+) -> None:
+    setup = replace(SETUP, probes=probes, uncertainty=ThermalTestBudget(**stated))
+    warnings = evaluate_thermal_test(spindle_log(), SPINDLE, setup).warnings
+    told = [w.values["keys"] for w in warnings if w.code == "warning-thermal_test_not_stated"]
+    assert told == ([] if keys is None else [keys])
+
+
 def test_what_is_left_is_measured_less_free_run_and_tilts_stay() -> None:
     part = Part("spindle", "T_spindle_C", direct_gain_um_per_k=2.0)
     model = CompensationModel(outputs=(Output("X1_um", (part,)),))
@@ -352,11 +370,11 @@ def test_what_departs_from_a_usual_test_is_told() -> None:
     assert told["turned"] == {"channel": "n_rpm", "percent": 20.0}
     assert told["probes_missing"] == {"probes": "X1, X2, Y1, Y2"}
     assert told["gap"] == {"quantity": "Z", "minutes": 18.0, "at_min": 60.0}
-    assert {"without_ambient", "probe_not_stated"} < set(told)
+    assert {"without_ambient", "not_stated"} < set(told)
     early = spindle_log(n_rpm=lambda t: speed(t) * (t < 2.6)).span(0, 200)
     told_of = evaluate_thermal_test(early, SPINDLE, SETUP).warnings
     codes = {w.code.removeprefix("warning-thermal_test_") for w in told_of}
-    assert codes == {"ended_early", "cooling_short", "probe_not_stated"}
+    assert codes == {"ended_early", "cooling_short", "not_stated"}
 
 
 def codes_of(test: ThermalTest) -> set[str]:

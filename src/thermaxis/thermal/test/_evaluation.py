@@ -382,8 +382,10 @@ def _warnings(
             yield Message("warning-thermal_test_probes_missing", values)
     if not setup.ambient:
         yield Message("warning-thermal_test_without_ambient")
-    if setup.uncertainty.probe_um is None:
-        yield Message("warning-thermal_test_probe_not_stated")
+    tilts = kind is not ThermalTestKind.LINEAR and (setup.probes.x2 or setup.probes.y2)
+    keys = ("probe_um", "fixture_um_per_k", *(["distance_mm"] if tilts else []))
+    if lacking := [key for key in keys if getattr(setup.uncertainty, key) is None]:
+        yield Message("warning-thermal_test_not_stated", {"keys": ", ".join(lacking)})
 
 
 def _motion_warnings(
