@@ -219,6 +219,16 @@ def test_drift_per_hour_is_the_slope_of_the_rows_of_each_hour() -> None:
         assert drift == pytest.approx(np.polyfit(time_h[rows], z[rows], 1)[0], rel=1e-9)
 
 
+def test_drift_of_the_last_hour_is_that_of_the_last_60_min_of_the_motion() -> None:
+    log = spindle_log(n_rpm=lambda t: speed(t) * (t < 2.3))  # 1.8 h
+    test = evaluate_thermal_test(log, SPINDLE, SETUP)
+    rows = (test.time_s >= test.end_s - 3600.0) & (test.time_s <= test.end_s)
+    z = of(test)["Z"]
+    slope = np.polyfit(test.time_s[rows] / 3600.0, z.values[rows], 1)[0]
+    assert z.last_hour_drift_per_h == pytest.approx(slope, rel=1e-9)
+    assert z.last_hour_drift_per_h < 0.6 * z.drift_per_h[-1]  # of the first hour
+
+
 def test_probes_that_are_read_one_after_another_give_the_tilt_of_the_same_moment() -> None:
     log = log_of(3.0, X1_um=ramp(5.0), X2_um=ramp(1.0))
     odd = np.arange(log.rows) % 2 == 1

@@ -137,8 +137,8 @@ def _figures(test: ThermalTest, one: ThermalTestQuantity) -> list[Value]:
         Value("", one.whole.expanded_uncertainty, "U", ".2f"),
         Value("", one.last_hour, "last 60 min", ".2f"),
         *([] if test.kind is ThermalTestKind.ETVE else [after]),
-        Value("", one.drift_per_h[0], "1st hour [/h]", "+.2f"),
-        Value("", one.drift_per_h[-1], "last hour [/h]", "+.2f"),
+        Value("", one.drift_per_h[0], "first 60 min [/h]", "+.2f"),
+        Value("", one.last_hour_drift_per_h, "last 60 min [/h]", "+.2f"),
     ]
 
 
@@ -199,7 +199,7 @@ def _quantity(one: ThermalTestQuantity) -> Sequence[Value]:
     return (
         *values_of(one, "name", "unit"),
         *(Value(key, figure and _figure(figure)) for key, figure in figures.items()),
-        *values_of(one, "last_hour", "drift_per_h", "within_spans"),
+        *values_of(one, "last_hour", "drift_per_h", "last_hour_drift_per_h", "within_spans"),
     )
 
 

@@ -214,6 +214,7 @@ def _quantity(
     setup: ThermalTestSetup,
 ) -> ThermalTestQuantity:
     hours, cooling = own.hours, rows_between(own.time_s, own.end_s, float(own.time_s[-1]))
+    last = own.within(own.end_s - HOUR_S, own.end_s)
     has_cooling = int(np.count_nonzero(cooling & ~np.isnan(one.values))) > 1
     return ThermalTestQuantity(
         name=one.name,
@@ -221,9 +222,10 @@ def _quantity(
         values=one.values,
         first_hour=_range(one, hours[0], ambient, setup),
         whole=_range(one, own.whole, ambient, setup),
-        last_hour=range_of(one.values[own.within(own.end_s - HOUR_S, own.end_s)]),
+        last_hour=range_of(one.values[last]),
         cooling=_range(one, cooling, ambient, setup) if has_cooling else None,
         drift_per_h=tuple(_slope(own.time_s[rows], one.values[rows]) for rows in hours),
+        last_hour_drift_per_h=_slope(own.time_s[last], one.values[last]),
         within_spans=largest_ranges(own.time_s, one.values, [t * HOUR_S for t in spans_h]),
     )
 
