@@ -36,6 +36,7 @@ LONGEST_GAP_S = 1800.0
 TOLD_GAP_S = 300.0
 """A shorter time without a value, or one of a few rows, is not told. [s]"""
 _FEW_ROWS = 5.0
+_SET_ASIDE = ("remark-rows_stuck", "remark-values_no_measurement")
 _CLASSES = 10
 """Classes of speed up to the highest one. [1]"""
 
@@ -91,9 +92,8 @@ def evaluate_thermal_test(
         raise DataError("thermal_test_too_short", minutes=minutes, place=log.place())
     warnings = list(_warnings(log, kind, setup, begin_s, end_s))
     ambient = [_measured(log, name, "degC") for name in setup.ambient]
-    measured = [*((one.name, one.values) for one in series if one.probes == 1)]
-    for name, values in (*measured, *zip(setup.ambient, ambient, strict=True)):
-        warnings += _gaps(log, name, values, begin_s, end_s)
+    for name, channel in (*setup.named(kind), *zip(setup.ambient, setup.ambient, strict=True)):
+        warnings += _gaps(log, name, channel, begin_s, end_s)
     spans_h: tuple[float, ...] = ()
     if kind is ThermalTestKind.ETVE:
         spans_h = tuple(t for t in setup.spans_h if t * HOUR_S <= end_s - begin_s + step_s)
@@ -168,8 +168,25 @@ def _measured(log: ThermalLog, channel: str, unit: str) -> FloatArray:
     """Return a channel that has a value."""
     values = log.column(channel, unit=unit)
     if bool(np.all(np.isnan(values))):
+        _refuse_set_aside(log, channel, 0.0, log.duration_s)
         raise DataError("never_measured", place=log.place(log.name_of(channel)))
     return values
+
+
+def _refuse_set_aside(log: ThermalLog, channel: str, begin_s: float, end_s: float) -> None:
+    """Refuse values that are missing because reading set them aside; say which finding did."""
+    name = log.name_of(channel)
+    for one in log.remarks:
+        if one.code in _SET_ASIDE and one.place.channel == name:
+            first_s, last_s = (log.time_s[int(str(one.values[key]))] for key in ("row", "last"))
+            if first_s <= end_s and last_s >= begin_s:
+                place = log.place(name)
+                raise DataError(
+                    "thermal_test_values_set_aside",
+                    finding=one,
+                    most_min=LONGEST_GAP_S / 60.0,
+                    place=place,
+                )
 
 
 def _difference(time_s: FloatArray, one: FloatArray, other: FloatArray) -> FloatArray:
@@ -409,10 +426,11 @@ def _motion_warnings(
 
 
 def _gaps(
-    log: ThermalLog, name: str, values: FloatArray, begin_s: float, end_s: float
+    log: ThermalLog, name: str, channel: str, begin_s: float, end_s: float
 ) -> Iterator[Message]:
     """Yield how long a quantity was not measured; refuse what leaves no range within 60 min."""
-    known_s = log.time_s[~np.isnan(values) & rows_between(log.time_s, begin_s, end_s)]
+    known = ~np.isnan(log.column(channel))
+    known_s = log.time_s[known & rows_between(log.time_s, begin_s, end_s)]
     edges_s = np.concatenate(([begin_s], known_s, [end_s]))
     gaps_s = np.diff(edges_s)
     longest = int(np.argmax(gaps_s))
@@ -420,6 +438,7 @@ def _gaps(
     told = {"quantity": name, "minutes": significant(gap_s / 60.0, 3)}
     told["at_min"] = significant(at_s / 60.0, 4)
     if gap_s > LONGEST_GAP_S:
+        _refuse_set_aside(log, channel, at_s, at_s + gap_s)
         too_long = {**told, "most_min": LONGEST_GAP_S / 60.0}
         raise DataError.of(Message("error-thermal_test_gap", too_long, log.place()))
     if gap_s > max(TOLD_GAP_S, _FEW_ROWS * float(np.median(gaps_s))):
