@@ -183,7 +183,7 @@ def _refuse_set_aside(log: ThermalLog, channel: str, begin_s: float, end_s: floa
                 place = log.place(name)
                 raise DataError(
                     "thermal_test_values_set_aside",
-                    finding=one,
+                    finding=Message(one.code, one.values),
                     most_min=LONGEST_GAP_S / 60.0,
                     place=place,
                 )
