@@ -147,3 +147,25 @@ def test_a_log_from_which_the_model_was_identified_proves_nothing_and_it_is_said
     for name, told in (("own", True), ("model", False)):
         assert main([*words_of(folder), "--model", str(folder / f"{name}.json")]) == 0
         assert ("identified on this log" in capsys.readouterr().out) == told
+
+
+@pytest.mark.parametrize(
+    ("channel", "rows", "value", "finding"),
+    [
+        ("Z_mm", slice(100, 273), 0.028, "remark-rows_stuck"),
+        ("T_room_C", slice(None), 850.0, "remark-values_no_measurement"),
+    ],
+)
+def test_values_that_were_set_aside_are_not_said_to_be_missing_from_the_file(
+    folder: Path, channel: str, rows: slice, value: float, finding: str
+) -> None:
+    log, rng = log_of(1.0), np.random.default_rng(4)
+    columns = {name: v + rng.normal(0.0, 1e-5, v.size) for name, v in log.columns.items()}
+    columns[channel][rows] = value
+    write_thermal_log(ThermalLog.from_columns(columns, time_s=log.time_s), folder / "held.csv")
+    words = words_of(folder)
+    words[2] = str(folder / "held.csv")
+    error = refusal(*words)
+    assert (error.code, error.place.column) == ("thermal_test_values_set_aside", channel)
+    assert error.values["finding"].code == finding
+    assert (main([*words, "--as-logged"]) == 0) == (finding == "remark-rows_stuck")

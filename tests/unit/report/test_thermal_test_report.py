@@ -122,7 +122,9 @@ def test_the_page_of_types_names_those_of_thermal_tests(root: Path) -> None:
 
 def test_the_pages_say_marks_uncertainty_budget_and_cases(tmp_path: Path) -> None:
     pages = [tmp_path / f"report.{suffix}" for suffix in ("pdf", "html")]
-    write_thermal_test_report(report_of(ThermalTestKind.SPINDLE, cases=3), *pages)
+    report = report_of(ThermalTestKind.SPINDLE, cases=3)
+    left = report.cases[CompensationCase.LEFT_BY_MODEL].quantities[0].whole
+    write_thermal_test_report(report, *pages)
     html = pages[1].read_text(encoding="utf-8")
     assert "<log>" not in html
     assert "T_<room>" not in html
@@ -132,6 +134,7 @@ def test_the_pages_say_marks_uncertainty_budget_and_cases(tmp_path: Path) -> Non
         "k = 2",
         "in force: 60 min",
         "left by the model: 60 min",
+        f"{left.value:.2f} ± {left.expanded_uncertainty:.2f}",
         "sampling",
     ):
         assert said in html, said

@@ -313,3 +313,13 @@ def test_short_logs_are_checked_without_a_word() -> None:
         short = {name: values[:rows] for name, values in columns().items()}
         kinds = {f.kind for f in found(short, np.arange(rows) * STEP_S)}
         assert kinds <= {FindingKind.CONSTANT}
+
+
+def test_what_stands_without_noise_until_the_machine_moves_is_not_called_stuck() -> None:
+    time_s = np.arange(0.0, 4 * 3600.0, 10.0)
+    rise = -np.expm1(-np.clip(time_s - 600.0, 0.0, None) / 3000.0)
+    noise = np.random.default_rng(5).normal(0.0, 0.02, time_s.size)
+    changed = {"Z_um": 30.0 * rise, "T1_C": 22.0 + 12.0 * rise, "T2_C": 21.0 + 2.0 * rise + noise}
+    assert found(changed, time_s) == ()
+    changed["Z_um"][:200] = 0.0  # dead until then, it shows at once what it missed
+    assert {(f.kind, f.channel) for f in found(changed, time_s)} >= {(FindingKind.STUCK, "Z_um")}

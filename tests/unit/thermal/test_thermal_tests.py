@@ -97,7 +97,7 @@ def test_etve_of_ramps_is_slope_times_span() -> None:
     assert (room.range_k, room.gradient_k_per_h) == pytest.approx((4.2, 0.7), **EXACT)
     assert (floor.start_c, floor.end_c) == pytest.approx((3.0, 4.8), **EXACT)
     assert test.room_spread_k == pytest.approx(6.0, **EXACT)
-    assert [w.code for w in test.warnings] == ["warning-thermal_test_probe_not_stated"]
+    assert [w.code for w in test.warnings] == ["warning-thermal_test_not_stated"]
 
 
 def test_a_spindle_that_warms_by_one_lag_has_the_ranges_of_its_exponential() -> None:
@@ -219,6 +219,16 @@ def test_drift_per_hour_is_the_slope_of_the_rows_of_each_hour() -> None:
         assert drift == pytest.approx(np.polyfit(time_h[rows], z[rows], 1)[0], rel=1e-9)
 
 
+def test_drift_of_the_last_hour_is_that_of_the_last_60_min_of_the_motion() -> None:
+    log = spindle_log(n_rpm=lambda t: speed(t) * (t < 2.3))  # 1.8 h
+    test = evaluate_thermal_test(log, SPINDLE, SETUP)
+    rows = (test.time_s >= test.end_s - 3600.0) & (test.time_s <= test.end_s)
+    z = of(test)["Z"]
+    slope = np.polyfit(test.time_s[rows] / 3600.0, z.values[rows], 1)[0]
+    assert z.last_hour_drift_per_h == pytest.approx(slope, rel=1e-9)
+    assert z.last_hour_drift_per_h < 0.6 * z.drift_per_h[-1]  # of the first hour
+
+
 def test_probes_that_are_read_one_after_another_give_the_tilt_of_the_same_moment() -> None:
     log = log_of(3.0, X1_um=ramp(5.0), X2_um=ramp(1.0))
     odd = np.arange(log.rows) % 2 == 1
@@ -249,6 +259,24 @@ def test_uncertainty_has_the_terms_that_are_stated() -> None:
     assert tilt == pytest.approx({cause: scale * u for cause, u in terms.items()}, rel=1e-9)
     squares = sum(u**2 for u in b.standard_uncertainties.values())
     assert b.expanded_uncertainty == pytest.approx(2.0 * squares**0.5, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("probes", "stated", "keys"),
+    [
+        (FIVE, {}, "probe_um, fixture_um_per_k, distance_mm"),
+        (FIVE, {"probe_um": 0.2, "distance_mm": 0.5}, "fixture_um_per_k"),
+        (Probes(z="Z_um"), {"fixture_um_per_k": 0.0}, "probe_um"),
+        (FIVE, {"probe_um": 0.2, "distance_mm": 0.5, "fixture_um_per_k": 0.3}, None),
+    ],
+)
+def test_every_term_that_is_not_stated_is_told(
+    probes: Probes, stated: dict[str, float], keys: str | None
+) -> None:
+    setup = replace(SETUP, probes=probes, uncertainty=ThermalTestBudget(**stated))
+    warnings = evaluate_thermal_test(spindle_log(), SPINDLE, setup).warnings
+    told = [w.values["keys"] for w in warnings if w.code == "warning-thermal_test_not_stated"]
+    assert told == ([] if keys is None else [keys])
 
 
 def test_what_is_left_is_measured_less_free_run_and_tilts_stay() -> None:
@@ -352,8 +380,42 @@ def test_what_departs_from_a_usual_test_is_told() -> None:
     assert told["turned"] == {"channel": "n_rpm", "percent": 20.0}
     assert told["probes_missing"] == {"probes": "X1, X2, Y1, Y2"}
     assert told["gap"] == {"quantity": "Z", "minutes": 18.0, "at_min": 60.0}
-    assert {"without_ambient", "probe_not_stated"} < set(told)
+    assert {"without_ambient", "not_stated"} < set(told)
     early = spindle_log(n_rpm=lambda t: speed(t) * (t < 2.6)).span(0, 200)
     told_of = evaluate_thermal_test(early, SPINDLE, SETUP).warnings
     codes = {w.code.removeprefix("warning-thermal_test_") for w in told_of}
-    assert codes == {"ended_early", "cooling_short", "probe_not_stated"}
+    assert codes == {"ended_early", "cooling_short", "not_stated"}
+
+
+def codes_of(test: ThermalTest) -> set[str]:
+    return {w.code.removeprefix("warning-thermal_test_") for w in test.warnings}
+
+
+def test_a_log_without_a_row_at_rest_before_the_motion_is_told() -> None:
+    cut = spindle_log().span(50, 361)
+    assert "moves_at_once" not in codes_of(evaluate_thermal_test(spindle_log(), SPINDLE, SETUP))
+    assert "moves_at_once" in codes_of(evaluate_thermal_test(cut, SPINDLE, SETUP))
+    unknown = cut.columns["n_rpm"].copy()
+    unknown[:3] = np.nan  # the recorder of the speed began later
+    late = replace(cut, columns={**cut.columns, "n_rpm": unknown})
+    assert "moves_at_once" in codes_of(evaluate_thermal_test(late, SPINDLE, SETUP))
+
+
+def test_the_noise_of_an_encoder_at_standstill_is_no_motion() -> None:
+    noise = np.random.default_rng(2).uniform(-2.0, 2.0, 361)
+    noisy = spindle_log(n_rpm=lambda t: speed(t) + noise)
+    motion = ThermalTestMotion("n_rpm", highest=6000.0)
+    test = evaluate_thermal_test(noisy, SPINDLE, replace(SETUP, motion=motion))
+    assert (test.begin_s, test.end_s) == (1800.0, 16200.0)
+    assert codes_of(test).isdisjoint({"moves_at_once", "highest_passed"})
+    table = spindle_log(n_rpm=lambda t: speed(t) / 1200.0)  # 5 rpm
+    slow = evaluate_thermal_test(table, ROTARY, SETUP)
+    assert (slow.begin_s, slow.end_s) == (1800.0, 16200.0)
+
+
+def test_a_stated_highest_speed_that_was_passed_is_told() -> None:
+    motion = ThermalTestMotion("n_rpm", highest=4500.0)
+    test = evaluate_thermal_test(spindle_log(), SPINDLE, replace(SETUP, motion=motion))
+    told = {w.code: w.values for w in test.warnings}
+    expected = {"stated": 4500.0, "highest": 6000.0}
+    assert told["warning-thermal_test_highest_passed"] == expected

@@ -30,8 +30,7 @@ from thermaxis.thermal import ThermalTest, ThermalTestKind
 
 _LONGEST_SOURCE_NAME = 200
 _OF_SETUP = {
-    f"warning-thermal_test_{told}"
-    for told in ("probes_missing", "without_ambient", "probe_not_stated")
+    f"warning-thermal_test_{told}" for told in ("probes_missing", "without_ambient", "not_stated")
 }
 """What is told of the set-up is the same of every log."""
 

@@ -229,6 +229,8 @@ error-thermal_test_too_short = { $minutes } min are too short: ISO 230-3 states 
     .remedy = Give the whole log of the test; the motion lasts from the first row with speed to the last one.
 error-thermal_test_gap = { $quantity } has no value for { $minutes } min from minute { $at_min } on; { $most_min } min are the most.
     .remedy = Give a log without this gap, or join the recorders' logs by thermaxis merge.
+error-thermal_test_values_set_aside = Values that the file has were set aside, and { $most_min } min without one are the most: { $finding }.
+    .remedy = Check the sensor and leave it out of the set-up if it failed. What rightly stood still is kept by --as-logged; what no sensor measures never is.
 error-model_not_of_test = No output of the model ({ $names }) is a channel of the test ({ $channels }).
     .remedy = Identify the model with the channels of the probes as its outputs.
 

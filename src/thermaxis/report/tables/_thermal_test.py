@@ -116,10 +116,14 @@ def compared_table(report: ThermalTestReport) -> Table | None:
     for own in zip(*(test.quantities for test in tests.values()), strict=True):
         row = _named(own[0])
         for case, one in zip(tests, own, strict=True):
-            row.append(Value("", one.first_hour.value, f"{CASES[case]}: 60 min", ".2f"))
-            row.append(Value("", one.whole.value, "whole", ".2f"))
+            row.append(Value("", _with_u(one.first_hour), f"{CASES[case]}: 60 min"))
+            row.append(Value("", _with_u(one.whole), "whole"))
         rows.append(row)
-    return Table("With and without compensation: ranges", rows, words=2)
+    return Table("With and without compensation: ranges ± U", rows, words=2)
+
+
+def _with_u(figure: RangeFigure) -> str:
+    return f"{figure.value:.2f} ± {figure.expanded_uncertainty:.2f}"
 
 
 def _named(one: ThermalTestQuantity) -> list[Value]:
@@ -138,7 +142,7 @@ def _figures(test: ThermalTest, one: ThermalTestQuantity) -> list[Value]:
         Value("", one.last_hour, "last 60 min", ".2f"),
         *([] if test.kind is ThermalTestKind.ETVE else [after]),
         Value("", one.drift_per_h[0], "1st hour [/h]", "+.2f"),
-        Value("", one.drift_per_h[-1], "last hour [/h]", "+.2f"),
+        Value("", one.last_hour_drift_per_h, "last hour [/h]", "+.2f"),
     ]
 
 
@@ -199,7 +203,7 @@ def _quantity(one: ThermalTestQuantity) -> Sequence[Value]:
     return (
         *values_of(one, "name", "unit"),
         *(Value(key, figure and _figure(figure)) for key, figure in figures.items()),
-        *values_of(one, "last_hour", "drift_per_h", "within_spans"),
+        *values_of(one, "last_hour", "drift_per_h", "last_hour_drift_per_h", "within_spans"),
     )
 
 

@@ -54,7 +54,7 @@ _NOTES = (
         " probes. A term that nobody stated is not in U."
     ),
     (
-        "Drift per hour: slope by least squares within the first and the last whole hour. Gradient"
+        "Drift per hour [/h]: slope by least squares within the first and the last 60 min. Gradient"
         " of a temperature: its largest range within any 60 min."
     ),
 )

@@ -372,7 +372,7 @@ def _find_stuck(channel: _Channel, peers: Sequence[_Channel]) -> list[LogFinding
         if length < max(_STUCK_ROWS, _STUCK_SHARE * channel.values.size):
             break
         run = _Run(channel, others, begin, begin + length - 1, np.delete(lengths, number))
-        if bool(channel.suspect[begin]) or not _should_have_moved(run):
+        if bool(channel.suspect[begin]) or _begins_at_rest(run) or not _should_have_moved(run):
             continue
         at = _place(channel, begin, run.end)
         values = {"value": float(channel.values[begin]), "unit": channel.unit, "row": at[0][0]}
@@ -443,6 +443,12 @@ def _should_have_moved(run: _Run) -> bool:
         return False
     expected = float(np.median(moved)) * channel.spread
     return expected > max(5.0 * channel.resolution, 8.0 * channel.noise, 0.3 * channel.spread)
+
+
+def _begins_at_rest(run: _Run) -> bool:
+    """Say whether a run without noise, from the first row on, ends in steps that are alike."""
+    steps = np.abs(np.diff(run.channel.values[run.end : run.end + 2 + _STUCK_ROWS // 4]))
+    return run.begin == 0 and steps.size > 1 and bool(steps[0] <= 2.0 * np.max(steps[1:]))
 
 
 def _never_rests(run: _Run) -> bool:

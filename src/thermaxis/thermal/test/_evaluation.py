@@ -25,15 +25,18 @@ from thermaxis.thermal.test._figures import (
     UncertaintyCause,
 )
 from thermaxis.thermal.test._ranges import largest_ranges, range_of, rows_between
-from thermaxis.thermal.test._setup import ThermalTestKind, ThermalTestSetup
+from thermaxis.thermal.test._setup import ThermalTestKind, ThermalTestMotion, ThermalTestSetup
 
 STANDSTILL = 1.0
 """Up to this a speed counts as standstill. [unit of the channel]"""
+SPEED_NOISE = 0.01
+"""So does one up to this share of the highest speed of the log: an encoder is never still. [1]"""
 LONGEST_GAP_S = 1800.0
 """A longer time without a value leaves no range within 60 min. [s]"""
 TOLD_GAP_S = 300.0
 """A shorter time without a value, or one of a few rows, is not told. [s]"""
 _FEW_ROWS = 5.0
+_SET_ASIDE = ("remark-rows_stuck", "remark-values_no_measurement")
 _CLASSES = 10
 """Classes of speed up to the highest one. [1]"""
 
@@ -87,11 +90,10 @@ def evaluate_thermal_test(
     if not end_s - begin_s + step_s >= HOUR_S:
         minutes = significant((end_s - begin_s) / 60.0, 3)
         raise DataError("thermal_test_too_short", minutes=minutes, place=log.place())
-    warnings = list(_warnings(log, kind, setup, end_s))
+    warnings = list(_warnings(log, kind, setup, begin_s, end_s))
     ambient = [_measured(log, name, "degC") for name in setup.ambient]
-    measured = [*((one.name, one.values) for one in series if one.probes == 1)]
-    for name, values in (*measured, *zip(setup.ambient, ambient, strict=True)):
-        warnings += _gaps(log, name, values, begin_s, end_s)
+    for name, channel in (*setup.named(kind), *zip(setup.ambient, setup.ambient, strict=True)):
+        warnings += _gaps(log, name, channel, begin_s, end_s)
     spans_h: tuple[float, ...] = ()
     if kind is ThermalTestKind.ETVE:
         spans_h = tuple(t for t in setup.spans_h if t * HOUR_S <= end_s - begin_s + step_s)
@@ -166,8 +168,25 @@ def _measured(log: ThermalLog, channel: str, unit: str) -> FloatArray:
     """Return a channel that has a value."""
     values = log.column(channel, unit=unit)
     if bool(np.all(np.isnan(values))):
+        _refuse_set_aside(log, channel, 0.0, log.duration_s)
         raise DataError("never_measured", place=log.place(log.name_of(channel)))
     return values
+
+
+def _refuse_set_aside(log: ThermalLog, channel: str, begin_s: float, end_s: float) -> None:
+    """Refuse values that are missing because reading set them aside; say which finding did."""
+    name = log.name_of(channel)
+    for one in log.remarks:
+        if one.code in _SET_ASIDE and one.place.channel == name:
+            first_s, last_s = (log.time_s[int(str(one.values[key]))] for key in ("row", "last"))
+            if first_s <= end_s and last_s >= begin_s:
+                place = log.place(name)
+                raise DataError(
+                    "thermal_test_values_set_aside",
+                    finding=Message(one.code, one.values),
+                    most_min=LONGEST_GAP_S / 60.0,
+                    place=place,
+                )
 
 
 def _difference(time_s: FloatArray, one: FloatArray, other: FloatArray) -> FloatArray:
@@ -212,6 +231,7 @@ def _quantity(
     setup: ThermalTestSetup,
 ) -> ThermalTestQuantity:
     hours, cooling = own.hours, rows_between(own.time_s, own.end_s, float(own.time_s[-1]))
+    last = own.within(own.end_s - HOUR_S, own.end_s)
     has_cooling = int(np.count_nonzero(cooling & ~np.isnan(one.values))) > 1
     return ThermalTestQuantity(
         name=one.name,
@@ -219,9 +239,10 @@ def _quantity(
         values=one.values,
         first_hour=_range(one, hours[0], ambient, setup),
         whole=_range(one, own.whole, ambient, setup),
-        last_hour=range_of(one.values[own.within(own.end_s - HOUR_S, own.end_s)]),
+        last_hour=range_of(one.values[last]),
         cooling=_range(one, cooling, ambient, setup) if has_cooling else None,
         drift_per_h=tuple(_slope(own.time_s[rows], one.values[rows]) for rows in hours),
+        last_hour_drift_per_h=_slope(own.time_s[last], one.values[last]),
         within_spans=largest_ranges(own.time_s, one.values, [t * HOUR_S for t in spans_h]),
     )
 
@@ -285,24 +306,29 @@ def _span(log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup) -> tu
         return begin_s, min(end_s, log.duration_s)
     if not motion.speed:
         raise ConfigurationError("motion_missing", key="motion.speed")
-    speed = np.abs(log.column(motion.speed))
-    moving = np.flatnonzero(speed > STANDSTILL)
+    moving = np.flatnonzero(_speed(log, motion.speed) > 0.0)
     if not moving.size:
         place = log.place(log.name_of(motion.speed))
         raise DataError("never_moved", least=STANDSTILL, place=place)
     return float(log.time_s[moving[0]]), float(log.time_s[moving[-1]])
 
 
+def _speed(log: ThermalLog, channel: str) -> FloatArray:
+    """Return a speed without its sign; what counts as standstill is zero."""
+    speed = np.abs(log.column(channel))
+    least = max(STANDSTILL, SPEED_NOISE * float(np.fmax.reduce(speed)))
+    return np.where(speed <= least, 0.0, speed)
+
+
 def _spectrum(log: ThermalLog, setup: ThermalTestSetup, own: _Rows) -> tuple[SpeedClass, ...]:
     """Return how long which speeds were run; one holds until the next that was recorded."""
     if not setup.motion.speed:
         return ()
-    column = np.abs(log.column(setup.motion.speed))
+    column = _speed(log, setup.motion.speed)
     rows = np.flatnonzero(own.whole & ~np.isnan(column))
     speed, held_s = column[rows[:-1]], np.diff(log.time_s[rows])
     highest = max(setup.motion.highest or 0.0, float(np.max(speed, initial=STANDSTILL)))
     number = np.ceil(_CLASSES * speed / highest * (1.0 - 1e-9))
-    number[speed <= STANDSTILL] = 0.0
     classes: list[SpeedClass] = []
     for k in np.unique(number).tolist():
         alike = number == k
@@ -357,18 +383,17 @@ def _spread(ambient: list[FloatArray]) -> float | None:
 
 
 def _warnings(
-    log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup, end_s: float
+    log: ThermalLog, kind: ThermalTestKind, setup: ThermalTestSetup, begin_s: float, end_s: float
 ) -> Iterator[Message]:
     if kind is ThermalTestKind.ETVE:
         for name, unit in log.units.items():
-            moved = np.abs(log.columns[name]) > STANDSTILL
+            moved = _speed(log, name) > 0.0
             if unit == "rpm" and bool(np.any(moved)):
                 percent = significant(100.0 * float(np.mean(moved)), 2)
                 values = {"channel": name, "percent": percent}
                 yield Message("warning-thermal_test_turned", values)
-    elif log.duration_s - end_s < HOUR_S:
-        minutes = significant((log.duration_s - end_s) / 60.0, 3)
-        yield Message("warning-thermal_test_cooling_short", {"minutes": minutes})
+    else:
+        yield from _motion_warnings(log, setup.motion, begin_s, end_s)
     if kind is not ThermalTestKind.LINEAR:
         there = {name for name, _ in setup.probes.named}
         if missing := [name for name in ("X1", "X2", "Y1", "Y2", "Z") if name not in there]:
@@ -376,15 +401,36 @@ def _warnings(
             yield Message("warning-thermal_test_probes_missing", values)
     if not setup.ambient:
         yield Message("warning-thermal_test_without_ambient")
-    if setup.uncertainty.probe_um is None:
-        yield Message("warning-thermal_test_probe_not_stated")
+    tilts = kind is not ThermalTestKind.LINEAR and (setup.probes.x2 or setup.probes.y2)
+    keys = ("probe_um", "fixture_um_per_k", *(["distance_mm"] if tilts else []))
+    if lacking := [key for key in keys if getattr(setup.uncertainty, key) is None]:
+        yield Message("warning-thermal_test_not_stated", {"keys": ", ".join(lacking)})
+
+
+def _motion_warnings(
+    log: ThermalLog, motion: ThermalTestMotion, begin_s: float, end_s: float
+) -> Iterator[Message]:
+    before = log.time_s < begin_s
+    if motion.speed:
+        speed = _speed(log, motion.speed)
+        before &= ~np.isnan(speed)
+        highest = float(np.fmax.reduce(speed))
+        if motion.highest is not None and highest > (1.0 + SPEED_NOISE) * motion.highest:
+            values = {"stated": motion.highest, "highest": significant(highest, 4)}
+            yield Message("warning-thermal_test_highest_passed", values)
+    if not bool(np.any(before)):
+        yield Message("warning-thermal_test_moves_at_once")
+    if log.duration_s - end_s < HOUR_S:
+        minutes = significant((log.duration_s - end_s) / 60.0, 3)
+        yield Message("warning-thermal_test_cooling_short", {"minutes": minutes})
 
 
 def _gaps(
-    log: ThermalLog, name: str, values: FloatArray, begin_s: float, end_s: float
+    log: ThermalLog, name: str, channel: str, begin_s: float, end_s: float
 ) -> Iterator[Message]:
     """Yield how long a quantity was not measured; refuse what leaves no range within 60 min."""
-    known_s = log.time_s[~np.isnan(values) & rows_between(log.time_s, begin_s, end_s)]
+    known = ~np.isnan(log.column(channel))
+    known_s = log.time_s[known & rows_between(log.time_s, begin_s, end_s)]
     edges_s = np.concatenate(([begin_s], known_s, [end_s]))
     gaps_s = np.diff(edges_s)
     longest = int(np.argmax(gaps_s))
@@ -392,6 +438,7 @@ def _gaps(
     told = {"quantity": name, "minutes": significant(gap_s / 60.0, 3)}
     told["at_min"] = significant(at_s / 60.0, 4)
     if gap_s > LONGEST_GAP_S:
+        _refuse_set_aside(log, channel, at_s, at_s + gap_s)
         too_long = {**told, "most_min": LONGEST_GAP_S / 60.0}
         raise DataError.of(Message("error-thermal_test_gap", too_long, log.place()))
     if gap_s > max(TOLD_GAP_S, _FEW_ROWS * float(np.median(gaps_s))):

@@ -74,6 +74,8 @@ class ThermalTestQuantity:
     """After the motion; None without rows there. [unit]"""
     drift_per_h: tuple[float, ...]
     """Slope by least squares within each whole hour; NaN with fewer than two values. [unit/h]"""
+    last_hour_drift_per_h: float
+    """The same within its last 60 min. [unit/h]"""
     within_spans: tuple[float, ...]
     """Largest range in any span of each length: ETVE(D, t). [unit]"""
 

@@ -83,7 +83,8 @@ class ThermalTestMotion:
     """When something moved, and how fast."""
 
     speed: str = ""
-    """Channel of the speed: it moved from its first row above 1 to its last one."""
+    """Channel of the speed: it moved from its first row above 1, and above 1 % of the highest speed
+    of the log, to its last one."""
     highest: float | None = None
     """Highest speed of the machine; None: the highest of the test. [unit of the channel]"""
     running_min: tuple[float, float] | None = None
