@@ -21,7 +21,7 @@ help:
 	@echo "make check   format, lint, types, import contracts, all tests and proofs"
 	@echo "make system  clean installs, a real browser, whole commands"
 	@echo "make bench   what is fast, measured side by side"
-	@echo "make site    the documentation as a site with search: build/site/html/index.html"
+	@echo "make site    the documentation as a site in build/site/html; searched when served: python3 -m http.server -d build/site/html"
 	@echo "make packages  wheel and sdist in dist/, checked"
 
 $(VENV)/.made:

@@ -5,6 +5,7 @@ the sections of `index.md`, their entries the links that stand there. The refere
 each public function and one for each package, made from docstrings. A dead link ends the build.
 """
 
+import html
 import importlib
 import inspect
 import json
@@ -16,14 +17,19 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
-from tests.docs.test_links import LINK
+from tests.docs.test_links import CODE, FENCE, LINK
 from tests.docs.test_names import PUBLIC_PACKAGES, exported
 
 ROOT = Path(__file__).resolve().parents[1]
 STAGE = ROOT / "build" / "site"
 BESIDE = "beside"  # what pages link to outside docs/
 HEADING = re.compile(r"^## (.*)$", re.MULTILINE)
+LINK_OR_CODE = re.compile(f"{FENCE.pattern}|{CODE.pattern}|{LINK.pattern}", FENCE.flags)
+_VALUE = r"""=(?:"([^"]*)"|([^\s">]+))"""
+LEADS_TO = re.compile(rf"<[a-z][^>]*?\s(?:href|src){_VALUE}")
+ANCHOR = re.compile(rf"\s(?:id|name){_VALUE}")
 
 
 def pages() -> Iterator[Path]:
@@ -35,8 +41,8 @@ def staged(text: str, page: Path, outside: set[Path]) -> str:
     """Return a page whose links to outside `docs/` lead to copies beside it."""
 
     def replaced(match: re.Match[str]) -> str:
-        file, mark, anchor = match[1].partition("#")
-        if re.match(r"[a-z]+:", match[1]) or not file:
+        file, mark, anchor = (match[1] or "").partition("#")
+        if not file or re.match(r"[a-z]+:", file):  # code has no target
             return match[0]
         target = (page.parent / file).resolve()
         if target.is_dir():
@@ -48,10 +54,10 @@ def staged(text: str, page: Path, outside: set[Path]) -> str:
         place = target.relative_to(base) if inside else BESIDE / target.relative_to(base)
         here = page.relative_to(ROOT / "docs") if page.is_relative_to(ROOT / "docs") else None
         begin = here.parent if here else (BESIDE / page.relative_to(ROOT)).parent
-        return match[0].replace(match[1], os.path.relpath(place, begin) + mark + anchor)
+        said = match[0][: match.start(1) - match.start()]
+        return f"{said}{os.path.relpath(place, begin)}{mark}{anchor})"
 
-    parts = re.split(r"(^```.*?^```\s*$|`[^`\n]*`)", text, flags=re.MULTILINE | re.DOTALL)
-    return "".join(part if i % 2 else LINK.sub(replaced, part) for i, part in enumerate(parts))
+    return LINK_OR_CODE.sub(replaced, text)
 
 
 def summary(of: Any) -> str:
@@ -95,7 +101,8 @@ def reference(folder: Path) -> list[dict[str, Any]]:
 
 def navigation() -> list[dict[str, Any]]:
     """Return the tabs: the sections of the first page with the links that stand in each."""
-    _, *parts = HEADING.split((ROOT / "docs" / "index.md").read_text(encoding="utf-8"))
+    index = ROOT / "docs" / "index.md"
+    _, *parts = HEADING.split(staged(index.read_text(encoding="utf-8"), index, set()))
     return [
         {title: list(dict.fromkeys(link.partition("#")[0] for link in LINK.findall(body)))}
         for title, body in zip(parts[::2], parts[1::2], strict=True)
@@ -162,6 +169,23 @@ def settings(tabs: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
+def dead_links(site: Path) -> list[str]:
+    """Return the links of built pages that lead to no file or to no anchor of a page."""
+    texts = {page: page.read_text(encoding="utf-8") for page in sorted(site.rglob("*.html"))}
+    anchors = {page: {a or b for a, b in ANCHOR.findall(text)} for page, text in texts.items()}
+    dead: list[str] = []
+    for page, text in texts.items():
+        for link in dict.fromkeys(html.unescape(a or b) for a, b in LEADS_TO.findall(text)):
+            if re.match(r"[a-z]+:|//", link):
+                continue
+            file, _, anchor = unquote(link).partition("#")
+            start = site if file.startswith("/") else page.parent
+            target = (start / file.lstrip("/").partition("?")[0]).resolve() if file else page
+            if not target.is_file() or anchor not in {"", *anchors.get(target, (anchor,))}:
+                dead.append(f"{page.relative_to(site)}: {link}")
+    return dead
+
+
 def build() -> int:
     """Stage all pages and build the site; 0 if every link leads somewhere."""
     shutil.rmtree(STAGE, ignore_errors=True)
@@ -195,7 +219,9 @@ def build() -> int:
         found = json.loads(index.read_text(encoding="utf-8"))
         found["items"] = [one for one in found["items"] if "-attribute<" not in one["title"]]
         index.write_text(json.dumps(found), encoding="utf-8")
-    return code
+    dead = dead_links(STAGE / "html")
+    sys.stderr.writelines(f"dead link: {link}\n" for link in dead)
+    return code or len(dead)
 
 
 if __name__ == "__main__":

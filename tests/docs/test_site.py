@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from docs.build_site import STAGE, build, navigation, pages
+from docs.build_site import ROOT, STAGE, build, dead_links, navigation, pages, staged
 from tests.docs.test_links import LINK, without_code
 
 ASSET = re.compile(r"<(?:script|link|img|iframe)\b[^>]*?\b(?:src|href)=\"?(https?:[^\" >]+)")
@@ -33,6 +33,35 @@ def test_every_page_is_behind_a_door_or_linked_from_one_that_is(root: Path) -> N
         waiting += [str(folder / link.partition("#")[0]) for link in links if ":" not in link]
     unreached = set(pages()) - reached - {root / "docs" / "index.md"}
     assert sorted(str(page.relative_to(root)) for page in unreached) == []
+
+
+def test_links_to_outside_are_rewritten_even_with_code_in_their_text_and_code_is_not() -> None:
+    outside: set[Path] = set()
+    text = "[a](../../x.toml) [`b`](../../x.toml#c) `[d](../../x.toml)` [e](f.md) [x](https://y)\n"
+    found = staged(text, ROOT / "docs" / "how-to" / "page.md", outside)
+    assert found == (
+        "[a](../beside/x.toml) [`b`](../beside/x.toml#c) `[d](../../x.toml)` [e](f.md)"
+        " [x](https://y)\n"
+    )
+    assert outside == {ROOT / "x.toml"}
+
+
+def test_links_of_built_pages_without_file_or_anchor_are_found(tmp_path: Path) -> None:
+    links = ("#b", "p.html#c", "p.html#d", "none.toml", "/p.html?q", "/none.html", "https://y")
+    text = '<h1 id="b"></h1>' + "".join(f'<a href="{link}">l</a>' for link in links)
+    (tmp_path / "index.html").write_text(text, "utf-8")
+    (tmp_path / "p.html").write_text("<h1 id=c></h1><img src=gone.png>", "utf-8")
+    assert dead_links(tmp_path.resolve()) == [
+        "index.html: p.html#d",
+        "index.html: none.toml",
+        "index.html: /none.html",
+        "p.html: gone.png",
+    ]
+
+
+def test_the_notebooks_have_a_door() -> None:
+    links = [link for tab in navigation() for links in tab.values() for link in links]
+    assert "beside/notebooks/README.md" in links
 
 
 @pytest.mark.proof

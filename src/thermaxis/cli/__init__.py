@@ -177,11 +177,13 @@ def _pipe_was_closed() -> int:
     return 0
 
 
-def _lacking(error: ModuleNotFoundError) -> str:
+def _lacking(error: ModuleNotFoundError, words: Sequence[str]) -> str:
     """Return what to install; a module of our own that is missing is no matter of the user's."""
     extra = _EXTRAS.get((error.name or "").partition(".")[0])
     if extra is None:
         raise error
+    if extra == "machine" and not GROUPS["fleet"].keys().isdisjoint(words[:1]):
+        extra = "fleet"  # has the packages of the other, too
     wanted = f"pip install 'thermaxis[{extra}]'"
     return f"this command needs the package {error.name}. Install it: {wanted}."
 
@@ -228,12 +230,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     computer ten times as long as the work takes.
     """
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        return execute(list(sys.argv[1:] if arguments is None else arguments))
+        return execute(words)
     except ThermaxisError as error:
         return _refuse(str(error))
     except ModuleNotFoundError as error:
-        return _refuse(_lacking(error))
+        return _refuse(_lacking(error, words))
     except BrokenPipeError:
         return _pipe_was_closed()
     except OSError as error:

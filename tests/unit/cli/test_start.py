@@ -46,7 +46,14 @@ print(sorted({unwanted!r} & set(sys.modules)))
 
 @pytest.mark.parametrize(
     ("command", "package", "extra"),
-    quick_first(1, [("user", "argon2", "machine"), ("screen", "asyncua", "machine")]),
+    quick_first(
+        2,
+        [
+            ("user", "argon2", "machine"),
+            ("fleet", "sqlalchemy", "fleet"),
+            ("screen", "asyncua", "machine"),
+        ],
+    ),
 )
 def test_a_missing_package_is_named_with_the_extra_that_brings_it(command, package, extra):
     code = f"""

@@ -30,14 +30,15 @@ MISSING = object()
 class Column:
     """What is used of a series of pandas, whose brackets ask its index."""
 
-    def __init__(self, values: Sequence[Any]) -> None:
-        self.iloc = list(values)
+    def __init__(self, values: Sequence[Any], name: str | None = None) -> None:
+        self.iloc, self.name = list(values), name
 
     def __len__(self) -> int:
         return len(self.iloc)
 
     def __array__(self, *_: object, **__: object) -> np.ndarray:
-        return np.array(self.iloc, dtype=object)
+        gaps = bool(self.iloc) and isinstance(self.iloc[0], timedelta)
+        return np.array(self.iloc, dtype="timedelta64[us]" if gaps else object)
 
     def __sub__(self, first: datetime) -> np.ndarray:
         return np.array([value - first for value in self.iloc], dtype="timedelta64[us]")
@@ -52,9 +53,11 @@ class Column:
 class Table:
     """What is used of a frame of pandas."""
 
-    def __init__(self, columns: dict[str, Sequence[Any]], index: Sequence[Any]) -> None:
+    def __init__(
+        self, columns: dict[str, Sequence[Any]], index: Sequence[Any], name: str | None = None
+    ) -> None:
         self.columns = list(columns)
-        self.index = Column(index)
+        self.index = Column(index, name)
         self._columns = {name: Column(values) for name, values in columns.items()}
 
     def __getitem__(self, name: str) -> Column:
@@ -110,6 +113,14 @@ def test_a_frame_as_of_pandas_has_its_times_in_a_column_or_in_the_index() -> Non
         assert log.columns["T_C"].tolist() == pytest.approx([1.0, np.nan, 3.0], nan_ok=True)
 
 
+def test_an_index_of_seconds_or_of_time_differences_has_the_times() -> None:
+    values = {"T_C": [1.0, 2.0, 3.0]}
+    gaps = [timedelta(seconds=s) for s in (5, 15, 25)]
+    for frame in (Table(values, [5.0, 15.0, 25.0], "time_s"), Table(values, gaps)):
+        log = as_thermal_log(frame)
+        assert (log.time_s.tolist(), log.start, log.origin_s) == ([0.0, 10.0, 20.0], None, 5.0)
+
+
 def test_a_column_of_seconds_counts_before_dates_which_give_the_start() -> None:
     frame = pl.DataFrame({"time_s": [5.0, 6.0, 8.0], "when": TIMES, "T_C": [1.0, 2.0, 3.0]})
     log = as_thermal_log(frame)
@@ -126,6 +137,11 @@ def test_a_column_of_seconds_counts_before_dates_which_give_the_start() -> None:
         (pl.DataFrame({"when": TIMES, "T_C": ["a", "b", "c"]}), "not_numbers", "T_C"),
         (pl.DataFrame({"when": TIMES[::-1], "T_C": [1.0, 2.0, 3.0]}), "times_not_rising", "time_s"),
         (Table({"T_C": [1.0, 2.0]}, range(2)), "frame_without_times", ""),
+        (pl.DataFrame({"T_C": [1.0], "time": ["8:00"]}), "frame_times_as_text", "time"),
+        (Table({"T_C": [1.0], "time": ["8:00"]}, range(1)), "frame_times_as_text", "time"),
+        (pl.DataFrame({"time_s": [], "T_C": []}), "frame_without_rows", ""),
+        (pl.LazyFrame({"time_s": [1.0], "T_C": [1.0]}), "no_frame", ""),
+        (np.zeros((2, 2)), "no_frame", ""),
     ],
 )
 def test_a_frame_that_is_no_log_is_refused_by_its_column(frame, code, column) -> None:
@@ -148,3 +164,14 @@ def test_a_frame_stands_wherever_a_log_does(root) -> None:
         for one in (log, frame)
     ]
     assert found[0] == found[1]
+
+
+def test_a_frame_or_log_alone_is_taken_as_the_only_one(root) -> None:
+    log = read_thermal_log(root / "examples" / "lathe_spindle.csv").resample(60.0)
+    model = read_model(root / "examples" / "models" / "eps1.json")
+    definition = parse_input("spindle=T_spindle_C-T_column_C")
+    for one in (log, log.to_polars()):
+        assert len(records_of(one, [definition], ["Z_um"]).logs) == 1
+        assert len(verify(model, one).logs) == 1
+    with refused("no_frame", file="frame"):
+        records_of(np.zeros((2, 2)), [definition], ["Z_um"])

@@ -198,3 +198,11 @@ def test_polynomials_that_lags_cannot_follow_are_refused_with_the_reason() -> No
     with refused("model_not_stable_lags"):
         found.to_compensation_model(records)
     assert identify(records, method=Method.OE).outputs[0].model is not None
+
+
+@pytest.mark.parametrize("method", [Method.AVERAGES, Method.ARX])
+def test_an_output_whose_unit_is_not_known_is_warned_of(method: Method) -> None:
+    found = identify(records(WALK, OTHER, {"ch1_in": WALK, "Z_mm": WALK}), method=method)
+    told = {warning.code: warning.values for warning in found.warnings}
+    assert told == {"warning-outputs_without_unit": {"names": "ch1_in"}}
+    assert identify(records(WALK, OTHER, {"Z_mm": WALK}), method=method).warnings == ()

@@ -144,7 +144,7 @@ Run yours on the inputs, and compare: numbers have the digits of binary64, agree
 ## positioning/
 
 `NAME.csv` is a run, one reading in a row; `NAME.json` has its figures of ISO 230-2 in um, and the
-standard deviation of the differences of neighbours, forward, which is 0 in all of them.
+standard deviation of the differences of neighbours, forward, which is 0 in all of them to 1e-9 um.
 x: distance from the first target, L = {_LENGTH_MM:g} mm, a = {SLOPE_UM_PER_MM:g} um/mm,
 b = {REVERSAL_UM:g} um, n = {CYCLES} cycles.
 

@@ -21,6 +21,7 @@ warning-probe_drift = posunutí v záznamu driftuje o { SIGNED($um_per_h) } um/h
 warning-drift_held_out = co model z odložených řádků nechává, je méně, než sonda driftuje: neposuzují jej, to může jen záznam bez tohoto driftu
 warning-lags_against_record = záznam mluví proti zadaným časovým konstantám: s vlastními ({ $own_s } s) je e^{ $less }krát pravděpodobnější; zesílení nemají intervaly, protože ty platí, jen platí-li konstanty
 warning-candidates_left_out = nenaučeno, protože jejich snímačům nelze věřit (nálezy říkají proč): { $names }
+warning-outputs_without_unit = pro { $names } není uvedena známá jednotka: hodnoty se berou jako µm; zakončete název sloupce jednotkou, například _um nebo _mm
 warning-touches_excluded = { $count ->
         [one] jeden dotyk leží
         [few] { $count } dotyky leží

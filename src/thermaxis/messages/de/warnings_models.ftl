@@ -21,6 +21,7 @@ warning-probe_drift = die Verlagerung des Protokolls driftet um { SIGNED($um_per
 warning-drift_held_out = was das Modell von zurückgehaltenen Zeilen übrig lässt, ist weniger, als der Taster driftet: Sie beurteilen es nicht, das kann nur ein Protokoll ohne diese Drift
 warning-lags_against_record = die Aufzeichnung spricht gegen die angegebenen Zeitkonstanten: Mit ihren eigenen ({ $own_s } s) ist sie e^{ $less } Mal so wahrscheinlich; Verstärkungen haben keine Intervalle, da diese nur mit den Zeitkonstanten gelten
 warning-candidates_left_out = nicht gelernt, weil ihren Sensoren nicht zu trauen ist (die Befunde sagen, warum): { $names }
+warning-outputs_without_unit = für { $names } ist keine bekannte Einheit angegeben: die Werte gelten als µm; den Namen der Spalte mit der Einheit enden lassen, etwa _um oder _mm
 warning-touches_excluded = { $count ->
         [one] eine Antastung liegt
         *[other] { $count } Antastungen liegen

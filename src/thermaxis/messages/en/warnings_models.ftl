@@ -21,6 +21,7 @@ warning-probe_drift = the displacement of the log drifts by { SIGNED($um_per_h) 
 warning-drift_held_out = what the model leaves of rows held out is less than the probe drifts: they do not judge it, only a log without this drift can
 warning-lags_against_record = the record speaks against the lags that were given: with its own ({ $own_s } s) it is e^{ $less } times as likely; gains and DC gains have no intervals, as these hold if the lags do
 warning-candidates_left_out = not learnt from, as their sensors cannot be trusted (the findings say why): { $names }
+warning-outputs_without_unit = no known unit is stated for { $names }: the values are taken as µm; end the name of the column in its unit, such as _um or _mm
 warning-touches_excluded = { $count ->
         [one] a touch is
         *[other] { $count } touches are

@@ -157,8 +157,8 @@ class SourceSettings:
     log: Annotated[FileName, Only("replay"), Needed("replay")] = None
     """The log; required for replay."""
     mapping: Annotated[FileName, Only("replay")] = None
-    """What the log's columns mean ([how to](how-to/use-my-own-logs.md)); replay only. Without it:
-    the columns are named as the inputs."""
+    """What the log's columns mean (as `--mapping` of the commands); replay only. Without it: the
+    columns are named as the inputs."""
     as_fast_as_possible: Annotated[bool, Only("replay")] = False
     """Whether the log is played without waiting; replay only. Default: a replay looks like the day
     itself."""

@@ -20,7 +20,7 @@ from thermaxis.thermal.identification._figures import (
     with_figures,
 )
 from thermaxis.thermal.identification._joint_gains import joint_gains
-from thermaxis.thermal.identification._records import Records, compensation_model
+from thermaxis.thermal.identification._records import Records, compensation_model, has_output
 from thermaxis.thermal.identification._regimes import with_regimes
 from thermaxis.thermal.identification._result import Identification, IdentifiedOutput, Method
 from thermaxis.thermal.log import Experiment
@@ -65,6 +65,8 @@ def identify(
 
     Parameters
     ----------
+    records : Records
+        Logs as experiments, of `records_of`.
     method : Method
         The estimator. Default: modal.
     choose : bool
@@ -72,7 +74,7 @@ def identify(
         together; modal only. Default: all inputs are used.
     orders : tuple of int, optional
         na, nb, nk of ARX and output error: order of the denominator, number of numerator
-        coefficients, delay in rows. Default: searched up to three. [1]
+        coefficients, delay in rows. Default: searched up to three.
     modal_options, selection_options : optional
         As of `modal` and `select`.
 
@@ -117,7 +119,7 @@ def identify(
     found = replace(found, outputs=tuple(told))
     if orders is None and not (brief.time_constants_s or brief.delays_s):
         found = replace(found, outputs=tuple(with_regimes(o, records) for o in found.outputs))
-    return _with_next_tests(found, records)
+    return _with_units_assumed(_with_next_tests(found, records), records)
 
 
 def _without_intervals(options: ModalOptions | None) -> ModalOptions:
@@ -182,6 +184,8 @@ def identify_joint(
 
     Parameters
     ----------
+    records : Records
+        Logs as experiments, of `records_of`.
     output : str
         Name of the model's output.
     part : str
@@ -220,7 +224,18 @@ def identify_joint(
     judged = with_figures(
         estimated(records, modal_options), records, lambda part_of: estimated(part_of, brief)
     )
-    return _with_next_tests(judged, records)
+    return _with_units_assumed(_with_next_tests(judged, records), records)
+
+
+def _with_units_assumed(found: Identification, records: Records) -> Identification:
+    """Warn of outputs that were taken to be in µm, as no known unit is stated."""
+    names = [
+        name
+        for name in records.experiments
+        if any(has_output(log, name) and not log.units[log.name_of(name)] for log in records.logs)
+    ]
+    warning = Message("warning-outputs_without_unit", {"names": ", ".join(names)})
+    return replace(found, warnings=(*found.warnings, warning)) if names else found
 
 
 def _with_next_tests(found: Identification, records: Records) -> Identification:

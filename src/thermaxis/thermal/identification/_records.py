@@ -21,7 +21,7 @@ from thermaxis.thermal.log import (
     InputDefinition,
     LogLike,
     ThermalLog,
-    as_thermal_log,
+    as_thermal_logs,
     evaluate_input,
     even_step_s,
     start_of_input,
@@ -65,7 +65,7 @@ class Records:
 
 
 def records_of(
-    logs: Sequence[LogLike],
+    logs: LogLike | Sequence[LogLike],
     inputs: Sequence[InputDefinition],
     outputs: Sequence[str],
     *,
@@ -79,7 +79,7 @@ def records_of(
 
     Parameters
     ----------
-    logs : sequence of ThermalLog or frame
+    logs : ThermalLog or frame, or a sequence of such
         As of `as_thermal_log`.
     sample_time_s : float, optional
         Means over so much time are taken first; means of both sides of a linear model leave the
@@ -96,9 +96,9 @@ def records_of(
     ----------
     Mareš and Horejš 2021, section 3.2 (relative coordinates).
     """
+    logs = as_thermal_logs(logs)
     if not logs:
         raise DataError("no_log", key="logs")
-    logs = [as_thermal_log(log) for log in logs]
     step_s = sample_time_s or float(np.median([even_step_s(log.time_s) for log in logs]))
     found: dict[str, list[Experiment]] = {output: [] for output in outputs}
     lowest, highest = np.full(len(inputs), np.inf), np.full(len(inputs), -np.inf)

@@ -17,6 +17,7 @@ from ._frames import (
     Frame as Frame,
     LogLike as LogLike,
     as_thermal_log as as_thermal_log,
+    as_thermal_logs as as_thermal_logs,
 )
 from ._input import (
     InputDefinition as InputDefinition,

@@ -12,7 +12,7 @@ from thermaxis.codes import Message, Place, Value
 from thermaxis.compensation import CompensationModel, Limits, Outcome, gain_of
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray, significant
-from thermaxis.thermal.log import REFERENCE_S, LogLike, ThermalLog, as_thermal_log
+from thermaxis.thermal.log import REFERENCE_S, LogLike, ThermalLog, as_thermal_logs
 from thermaxis.thermal.transfer_function import held
 from thermaxis.thermal.verification._far_touches import SPARSE, far_touches
 from thermaxis.thermal.verification._free_run import (
@@ -202,7 +202,7 @@ class Verification:
 
 def verify(
     model: CompensationModel,
-    logs: Sequence[LogLike],
+    logs: LogLike | Sequence[LogLike],
     measured: Sequence[MeasuredOutput] | None = None,
     *,
     reference_s: float | None = None,
@@ -219,7 +219,7 @@ def verify(
 
     Parameters
     ----------
-    logs : sequence of ThermalLog or frame
+    logs : ThermalLog or frame, or a sequence of such
         As of `as_thermal_log`.
     measured : sequence of MeasuredOutput, optional
         What is compared. Default: the channels that are named as the model's outputs.
@@ -256,11 +256,11 @@ def verify(
     Mareš and Horejš 2021, equation (4), Table 3, figures 10 to 13; ISO 230-3:2020 for the value
     after 60 minutes and ETVE (from memory).
     """
+    logs = as_thermal_logs(logs)
     if not logs:
         raise ConfigurationError("no_log", key="logs")
     if rows is not None and not 0 <= rows[0] < rows[1]:
         raise ConfigurationError("no_span", first=rows[0], last=rows[1], key="rows")
-    logs = [as_thermal_log(log) for log in logs]
     verified = tuple(
         _verify_log(
             _Comparison(
