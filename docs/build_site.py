@@ -221,7 +221,7 @@ def build() -> int:
         index.write_text(json.dumps(found), encoding="utf-8")
     dead = dead_links(STAGE / "html")
     sys.stderr.writelines(f"dead link: {link}\n" for link in dead)
-    return code or len(dead)
+    return code or int(bool(dead))
 
 
 if __name__ == "__main__":
