@@ -327,23 +327,21 @@ def _likeliest(time_s: _F, left_um: _F, learnt: NDArray[np.bool_]) -> _Memory:
     least_um = TouchFilter().noise_um
     every = [np.ravel(one) for one in np.meshgrid(_MORE_UM, _SIZES_UM, _MEMORIES_S)]
     noise_um2, size_um2, memory_s = least_um**2 + every[0] ** 2, every[1] ** 2, every[2]
-    apart_s = np.diff(time_s, prepend=time_s[:1])
-    state, p_um2, likelihood = np.zeros_like(size_um2), size_um2, np.zeros_like(size_um2)
-    history = np.empty((time_s.size, 3, state.size))
+    decay = np.exp(-np.diff(time_s, prepend=time_s[:1])[:, None] / memory_s)
+    grown_um2 = (1.0 - decay**2) * size_um2
+    gain, s_um2, innovation = (np.empty_like(decay) for _ in range(3))
+    state, p_um2 = np.zeros_like(size_um2), size_um2
     for k, left in enumerate(left_um.tolist()):
-        decay = np.exp(-apart_s[k] / memory_s)
-        p_um2 = decay**2 * p_um2 + (1.0 - decay**2) * size_um2
-        s_um2 = p_um2 + noise_um2
-        gain = p_um2 / s_um2
-        innovation = left - decay * state
-        state = decay * state + gain * innovation
-        p_um2 = (1.0 - gain) * p_um2
-        history[k] = decay, gain, s_um2
-        if learnt[k]:
-            far = np.minimum(innovation**2 / s_um2, _CLIPPED**2)
-            likelihood -= 0.5 * (far + np.log(s_um2))
-    decay, gain, s_um2 = history[:, :, int(np.argmax(likelihood))].T
-    return _Memory(decay, gain, np.sqrt(s_um2))
+        p_um2 = decay[k] ** 2 * p_um2 + grown_um2[k]
+        s_um2[k] = p_um2 + noise_um2
+        gain[k] = p_um2 / s_um2[k]
+        state = decay[k] * state
+        innovation[k] = left - state
+        state = state + gain[k] * innovation[k]
+        p_um2 = gain[k] * noise_um2  # (1 - K) P
+    far = np.minimum(innovation[learnt] ** 2 / s_um2[learnt], _CLIPPED**2)
+    best = int(np.argmin(np.sum(far + np.log(s_um2[learnt]), axis=0)))
+    return _Memory(decay[:, best], gain[:, best], np.sqrt(s_um2[:, best]))
 
 
 def _weights(e: _F) -> _F:
