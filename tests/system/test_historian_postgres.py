@@ -94,7 +94,7 @@ def test_cycles_events_and_trends_are_those_of_sqlite(server: Server, tmp_path: 
             one.record(record)
         assert await drained(one, 30.0)
         assert one.status == (True, 0, 0, None)
-        for _ in range(300):  # the hours that are over become files beside it
+        for _ in range(1200):  # the hours that are over become files beside it
             if server.execute("SELECT min(id) FROM cycles") == [(721,)]:
                 break
             await asyncio.sleep(0.1)

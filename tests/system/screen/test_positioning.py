@@ -177,8 +177,8 @@ def test_a_run_goes_in_and_figures_report_and_certificate_come_out(
 
     page.click("#run-report")
     frame = page.frame_locator("#run-frame")
-    expect(frame.locator("h1").first).to_be_visible()
-    expect(frame.locator("svg, img").first).to_be_visible()
+    expect(frame.locator("h1").first).to_be_visible(timeout=LONGEST_MS)
+    expect(frame.locator("svg, img").first).to_be_visible(timeout=LONGEST_MS)
     expect(page.locator("#run-shown")).to_be_hidden()
 
     with page.expect_download() as coming:
