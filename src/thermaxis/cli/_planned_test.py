@@ -1,13 +1,13 @@
 """What a planned thermal test has reached, by a log: asked after it and while it is recorded."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from numpy.linalg import LinAlgError
 
 from thermaxis import files, thermal
 from thermaxis.codes import Message
-from thermaxis.errors import ConfigurationError, ThermaxisError
+from thermaxis.errors import ConfigurationError, ThermaxisError, require_known
 from thermaxis.thermal import GainsPrior, HeatingConditions, ReachedTest, ThermalTestPlan
 
 
@@ -16,8 +16,7 @@ def reached_by(
 ) -> ReachedTest:
     """Return what a log of a test has reached."""
     check_inputs_stated(conditions)
-    inputs = [thermal.parse_input(f"{n}={s.input}") for n, s in conditions.sources.items()]
-    records = thermal.records_of([log], inputs, [conditions.output])
+    records = thermal.records_of([log], _inputs_of(conditions), [conditions.output])
     return thermal.reached(conditions, prior, records.experiments[conditions.output][0])
 
 
@@ -26,6 +25,19 @@ def check_inputs_stated(conditions: HeatingConditions) -> None:
     for name, source in conditions.sources.items():
         if not source.input:
             raise ConfigurationError("missing_key", key=f"sources.{name}.input")
+
+
+def check_recorded(conditions: HeatingConditions, names: Iterable[str]) -> None:
+    """Refuse channels of a recording that will not tell what the test has reached."""
+    check_inputs_stated(conditions)
+    needed = {name for one in _inputs_of(conditions) for name in (one.plus, one.minus) if name}
+    there = {name.casefold(): name for name in names}
+    missing = sorted(n for n in {conditions.output, *needed} if n.casefold() not in there)
+    require_known("--plan", missing, there.values())
+
+
+def _inputs_of(conditions: HeatingConditions) -> list[thermal.InputDefinition]:
+    return [thermal.parse_input(f"{n}={s.input}") for n, s in conditions.sources.items()]
 
 
 def told_of_plan(plan: ThermalTestPlan, logs: Sequence[Path]) -> Message | None:

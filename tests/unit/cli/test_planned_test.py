@@ -182,11 +182,17 @@ def test_sources_without_an_input_can_be_planned_but_not_followed(tmp_path: Path
     assert main([*map(str, words), "-o", str(plan)]) == 0
     record = tmp_path / "record.toml"
     record.write_text(
-        '[connections.a]\nurl = "opc.tcp://127.0.0.1:4840"\n'
-        '[channels.T]\nconnection = "a"\nnode = "ns=2;s=T"\nunit = "degC"\nperiod_ms = 1000\n'
+        '[connection.a]\nurl = "opc.tcp://127.0.0.1:4840"\nsecurity = "none"\n'
+        '[channel.T]\nnode = "ns=2;s=T"\nunit = "degC"\n'
     )
     log = log_of(tmp_path / "log.csv", plan, 1.0)
     assert code_of(*words, "--after", log) == "missing_key"
+    recorded = ("record", record, "-o", tmp_path / "test", "--plan", plan)
+    assert code_of(*recorded) == "missing_key"
+    heat.write_text(HEAT.format(enough=1.0))
+    assert main([*map(str, words), "-o", str(plan)]) == 0
+    error = refusal(*recorded)
+    assert (error.code, error.place.key) == ("unknown_name", "--plan")
 
 
 def _heat_of(page: Path, to: Path) -> Path:

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from thermaxis import files, runtime
 from thermaxis.cli._arguments import adder, positive_seconds
-from thermaxis.cli._planned_test import check_inputs_stated, told_of_plan
+from thermaxis.cli._planned_test import check_recorded, told_of_plan
 from thermaxis.cli.machine._signals import at_signals
 from thermaxis.codes import Message, printable
 from thermaxis.errors import ConfigurationError, DataError
@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
     plan = None
     if arguments.plan is not None:
         plan = files.read_thermal_test_plan(arguments.plan)
-        check_inputs_stated(plan.conditions)
+        check_recorded(plan.conditions, (channel.name for channel in settings.channels))
     return _record(settings, arguments.output, arguments.duration, plan)
 
 
