@@ -606,7 +606,7 @@ def _figures(one: _Found) -> dict[str, Value]:
             return {"departure_um": one.departure}
         case SignKind.REST:
             return {"times": float(np.exp(one.departure))}
-        case SignKind.SWAP:
+        case _:  # exchanged channels; the ambient is not judged
             return name
 
 
