@@ -153,7 +153,7 @@ def departs_alone(sound: Nights, one: Machine, nights: list[StoredNight], within
                 sound_ones = [change(each[:until], k, column, last) for each in sisters]
                 by, std = np.array([change(nights[:until], k, column, last), *sound_ones]).T
                 z = np.abs(by - np.median(by[1:])) / std
-                if z[0] > 3.09 * max(1.0, np.quantile(z[1:], 0.9) / norm.ppf(0.95)):
+                if z[0] > norm.isf(0.001) * max(1.0, np.quantile(z[1:], 0.9) / norm.ppf(0.95)):
                     return True
     return False
 

@@ -15,21 +15,12 @@ def reached_by(
     conditions: HeatingConditions, prior: GainsPrior, log: thermal.ThermalLog
 ) -> ReachedTest:
     """Return what a log of a test has reached."""
-    check_inputs_stated(conditions)
     records = thermal.records_of([log], _inputs_of(conditions), [conditions.output])
     return thermal.reached(conditions, prior, records.experiments[conditions.output][0])
 
 
-def check_inputs_stated(conditions: HeatingConditions) -> None:
-    """Refuse sources of which no input of a log tells what they did."""
-    for name, source in conditions.sources.items():
-        if not source.input:
-            raise ConfigurationError("missing_key", key=f"sources.{name}.input")
-
-
 def check_recorded(conditions: HeatingConditions, names: Iterable[str]) -> None:
     """Refuse channels of a recording that will not tell what the test has reached."""
-    check_inputs_stated(conditions)
     needed = {name for one in _inputs_of(conditions) for name in (one.plus, one.minus) if name}
     there = {name.casefold(): name for name in names}
     missing = sorted(n for n in {conditions.output, *needed} if n.casefold() not in there)
@@ -37,6 +28,10 @@ def check_recorded(conditions: HeatingConditions, names: Iterable[str]) -> None:
 
 
 def _inputs_of(conditions: HeatingConditions) -> list[thermal.InputDefinition]:
+    """Return what tells in a log what the sources did; refuse sources of which nothing does."""
+    for name, source in conditions.sources.items():
+        if not source.input:
+            raise ConfigurationError("missing_key", key=f"sources.{name}.input")
     return [thermal.parse_input(f"{n}={s.input}") for n, s in conditions.sources.items()]
 
 

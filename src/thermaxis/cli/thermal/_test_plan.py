@@ -66,7 +66,7 @@ def run_plan(arguments: argparse.Namespace) -> int:
     check_outputs([(name, path) for name, path in outputs if path is not None], inputs)
     conditions = files.read_heating_conditions(arguments.machine)
     prior = prior_beside(conditions, arguments.machine)
-    logs, reached = list[thermal.ThermalLog](), list[ReachedTest]()
+    reached = list[ReachedTest]()
     with Progress() as progress:
         progress("reading", 0, 0)
         entries = entries_of(arguments, arguments.after)

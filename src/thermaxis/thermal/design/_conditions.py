@@ -286,10 +286,9 @@ class HeatingConditions:
         shares = [np.array(one.shares)[numbers[..., s]] for s, one in enumerate(self.each)]
         return np.stack(shares, axis=-1)
 
-    @property
-    def cooling_blocks(self) -> int:
-        """Blocks at the end in which all sources stand. [1]"""
-        return math.ceil(self.cool_min / self.block_min - 1e-9)
+    def whole_blocks(self, time_min: float) -> int:
+        """Return the fewest blocks that last for a time."""
+        return math.ceil(time_min / self.block_min - 1e-9)
 
     @property
     def each(self) -> tuple[HeatSource, ...]:

@@ -1,6 +1,5 @@
 """The sequence that leaves least open: exchange of levels, one stretch of one source at a time."""
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from enum import StrEnum
 from itertools import groupby, product
@@ -40,7 +39,9 @@ class CustomaryTest(StrEnum):
 def allowed(conditions: HeatingConditions, sequence: IntArray) -> bool:
     """Whether a sequence of levels by number, (b, s), keeps what is stated."""
     block_min, running = conditions.block_min, sequence > 0
-    if bool(np.any(running[max(len(sequence) - conditions.cooling_blocks, 0) :])):
+    if bool(
+        np.any(running[max(len(sequence) - conditions.whole_blocks(conditions.cool_min), 0) :])
+    ):
         return False
     if int(running.sum(axis=1).max()) > conditions.most_at_once:
         return False
@@ -67,8 +68,8 @@ def _exchanges(conditions: HeatingConditions, sequence: IntArray) -> Iterator[In
             if np.count_nonzero(other != sequence) > 1 and allowed(conditions, other):
                 yield other
     for s, source in enumerate(conditions.each):
-        least = max(source.shortest_on_min, source.shortest_off_min) / conditions.block_min
-        longest = max(_LONGEST_STRETCH, int(np.ceil(least - 1e-9)))
+        least = conditions.whole_blocks(max(source.shortest_on_min, source.shortest_off_min))
+        longest = max(_LONGEST_STRETCH, least)
         for length in range(1, min(longest, len(sequence)) + 1):
             for begin in range(len(sequence) - length + 1):
                 stretch = sequence[begin : begin + length, s]
@@ -150,12 +151,12 @@ def random_sequence(
 ) -> IntArray:
     """Return levels at random, (b, s), each held as long as it must be."""
     sequence = np.zeros((blocks, len(conditions.sources)), dtype=np.intp)
-    end, block_min = blocks - conditions.cooling_blocks, conditions.block_min
+    end, block_min = blocks - conditions.whole_blocks(conditions.cool_min), conditions.block_min
     order = np.arange(len(conditions.sources))
     for s in rng.permutation(order) if conditions.most_at_once < order.size else order:
         source, begin, on = conditions.each[s], 0, 0
         held, off = (
-            max(1, math.ceil(least / block_min - 1e-9))
+            max(1, conditions.whole_blocks(least))
             for least in (source.shortest_on_min, source.shortest_off_min)
         )
         while begin < end:
